@@ -1,0 +1,210 @@
+// How long a frame takes: each stage by the device's clock, whole paths by the wall's.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/draw_options.hpp"
+#include "halfshade/halfshade.hpp"
+
+namespace halfshade {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view default_methods = "all";
+
+struct BenchOptions {
+  DrawOptions draw;
+  std::string repeat = "11";
+  bool json = false;
+};
+
+/// A named series of times in milliseconds, one a repeat.
+struct Series {
+  std::string name;
+  std::vector<double> times_ms;
+
+  double median_ms() const {
+    std::vector<double> sorted = times_ms;
+    std::sort(sorted.begin(), sorted.end());
+    const std::size_t half = sorted.size() / 2;
+    return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+  }
+  double min_ms() const { return *std::min_element(times_ms.begin(), times_ms.end()); }
+};
+
+struct MethodTimes {
+  Settings settings;
+  std::vector<Series> stages;  ///< of `render`, from OpenCL events; launches of one name within a frame are summed
+  Series gbuffer{"G-buffer", {}};
+  std::vector<Series> visibility;  ///< one a light: every pass from resident meshes and G-buffer to the finished plane
+  Series frame{"whole frame", {}};
+  FrameStats stats;
+};
+
+void check(cl_int status, const char* call) {
+  if (status != CL_SUCCESS) throw DeviceError(fmt::format("{}: failed with OpenCL error {}", call, status));
+}
+
+/// A visibility plane on the device.
+class Plane {
+ public:
+  Plane(const Device& device, glm::uvec2 resolution) {
+    cl_int status = CL_SUCCESS;
+    const std::size_t bytes = std::size_t{resolution.x} * resolution.y * sizeof(float);
+    buffer_ = clCreateBuffer(device.context(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    check(status, "clCreateBuffer");
+  }
+  ~Plane() { clReleaseMemObject(buffer_); }
+  Plane(const Plane&) = delete;
+  Plane& operator=(const Plane&) = delete;
+  cl_mem get() const { return buffer_; }
+
+ private:
+  cl_mem buffer_ = nullptr;
+};
+
+/// Wall time of enqueueing `work` and everything it leads to on the device.
+template <typename Work>
+double wall_ms(cl_command_queue queue, Work work) {
+  const Clock::time_point begin = Clock::now();
+  work();
+  check(clFinish(queue), "clFinish");
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+/// Adds one frame's stage times to the series of their names, in the order of first appearance.
+void add_stages(std::vector<Series>& stages, const std::vector<StageTime>& times, std::size_t repeat) {
+  for (const StageTime& time : times) {
+    auto series = std::find_if(stages.begin(), stages.end(), [&](const Series& known) { return known.name == time.stage; });
+    if (series == stages.end()) series = stages.insert(stages.end(), Series{time.stage, {}});
+    series->times_ms.resize(repeat + 1);
+    series->times_ms[repeat] += time.time_ms;
+  }
+}
+
+MethodTimes measure(Renderer& renderer, const Device& device, const Scene& scene, const Settings& settings, std::size_t repeats) {
+  MethodTimes times;
+  times.settings = settings;
+  for (const Light& light : scene.lights) times.visibility.push_back({light.name, {}});
+  const Plane plane(device, scene.camera.resolution);
+  const auto run_once = [&](MethodTimes& into, std::size_t repeat) {
+    GBuffer gbuffer;
+    into.gbuffer.times_ms.push_back(wall_ms(device.queue(), [&] { gbuffer = renderer.enqueue_gbuffer(); }));
+    for (std::size_t light = 0; light < scene.lights.size(); ++light) {
+      into.visibility[light].times_ms.push_back(
+          wall_ms(device.queue(), [&] { renderer.enqueue_visibility(gbuffer, light, settings, plane.get()); }));
+    }
+    into.frame.times_ms.push_back(wall_ms(device.queue(), [&] { renderer.render(settings); }));
+    add_stages(into.stages, renderer.stage_times(), repeat);
+  };
+  MethodTimes warm_up = times;  // builds kernels for each local size and grows buffers; not counted
+  run_once(warm_up, 0);
+  for (std::size_t repeat = 0; repeat < repeats; ++repeat) run_once(times, repeat);
+  times.stats = renderer.stats();
+  return times;
+}
+
+Json to_json(const Series& series) {
+  return {{"median", series.median_ms()}, {"min", series.min_ms()}};
+}
+
+Json to_json(const MethodTimes& times) {
+  Json json;
+  for (const auto& [name, value] : describe(times.settings)) json[name] = value;
+  json["stages_ms"] = Json::object();
+  for (const Series& stage : times.stages) json["stages_ms"][stage.name] = to_json(stage);
+  json["gbuffer_ms"] = to_json(times.gbuffer);
+  json["lights"] = Json::array();
+  for (std::size_t i = 0; i < times.visibility.size(); ++i) {
+    const FrameStats::PerLight& stats = times.stats.lights.at(i);
+    json["lights"].push_back({{"name", times.visibility[i].name},
+                              {"visibility_ms", to_json(times.visibility[i])},
+                              {"light_map_px", {stats.light_map_px.x, stats.light_map_px.y}},
+                              {"silhouette_edges", stats.silhouette_edges},
+                              {"features", stats.features},
+                              {"feature_tile_references", stats.feature_tile_references},
+                              {"triangle_tile_references", stats.triangle_tile_references},
+                              {"skipped", stats.skipped}});
+  }
+  json["frame_ms"] = to_json(times.frame);
+  return json;
+}
+
+void print_table(const MethodTimes& times) {
+  std::string title;
+  for (const auto& [name, value] : describe(times.settings)) title += title.empty() ? value : fmt::format(", {} {}", name, value);
+  const auto row = [](const std::string& name, const Series& series, const std::string& note = "") {
+    fmt::print("  {:<44} {:>9.3f} {:>9.3f}{}\n", name, series.median_ms(), series.min_ms(), note);
+  };
+  fmt::print("\n{}\n  {:<44} {:>9} {:>9}\n", title, "stage", "median ms", "min ms");
+  for (const Series& stage : times.stages) row(stage.name, stage);
+  fmt::print("  wall clock\n");
+  row("G-buffer", times.gbuffer);
+  for (std::size_t i = 0; i < times.visibility.size(); ++i) {
+    const FrameStats::PerLight& stats = times.stats.lights.at(i);
+    const std::string note = stats.skipped ? "  nothing casts"
+                                           : fmt::format("  map {}x{}, {} silhouette edges", stats.light_map_px.x,
+                                                         stats.light_map_px.y, stats.silhouette_edges);
+    row(times.visibility[i].name + ": all passes", times.visibility[i], note);
+  }
+  row("whole frame", times.frame);
+}
+
+void run_bench(const BenchOptions& options) {
+  const std::vector<Settings> all_settings = options.draw.settings(default_methods);
+  const auto repeats = static_cast<std::size_t>(parse_integer("--repeat", options.repeat, 1, 100'000));
+  const Scene loaded = options.draw.load();
+  const Scene scene = scene_at_frame(loaded, loaded.animation.first_frame);
+
+  const Clock::time_point begin = Clock::now();
+  const std::shared_ptr<Device> device = options.draw.open_device();
+  Renderer renderer(device);
+  const double start_up_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  renderer.set_scene(scene);
+
+  const glm::uvec2 resolution = scene.camera.resolution;
+  Json json = {{"version", version()},
+               {"scene", scene.name},
+               {"device", device->info().name},
+               {"resolution", {resolution.x, resolution.y}},
+               {"repeat", repeats},
+               {"start_up_ms", start_up_ms},
+               {"methods", Json::array()}};
+  if (!options.json) {
+    fmt::print("{}, {}x{}, {} repeats after a warm-up; start-up with kernels {:.0f} ms\non {}\n", scene.name, resolution.x,
+               resolution.y, repeats, start_up_ms, device->info().name);
+  }
+  for (const Settings& settings : all_settings) {
+    const MethodTimes times = measure(renderer, *device, scene, settings, repeats);
+    json["triangles"] = times.stats.triangles;
+    json["methods"].push_back(to_json(times));
+    if (!options.json) print_table(times);
+    std::fflush(stdout);
+  }
+  if (options.json) fmt::print("{}\n", json.dump(2));
+}
+
+}  // namespace
+
+void add_bench(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("bench", "Measure each stage and the whole path on a scene's first frame");
+  const auto options = std::make_shared<BenchOptions>();
+  options->draw.add(*command, default_methods);
+  command->add_option("--repeat", options->repeat, "Counted runs after a warm-up (default: 11)")->option_text("N");
+  command->add_flag("--json", options->json, "Print JSON instead of tables");
+  command->footer(
+      "Stages are timed by OpenCL events during a whole frame. 'All passes' is the wall clock of one light's\n"
+      "visibility, meshes and G-buffer being on the device; 'whole frame' adds the G-buffer and shading.\n\n"
+      "Examples:\n"
+      "  halfshade bench data/scenes/primitives.json\n"
+      "  halfshade bench data/scenes/boxes.json -m smoothies --repeat 51 --json\n");
+  command->callback([options] { run_bench(*options); });
+}
+
+}  // namespace halfshade

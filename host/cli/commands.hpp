@@ -1,0 +1,21 @@
+// The sub-commands of the program. Each add_* describes one to the parser; it runs as the parser's callback.
+//
+// Errors leave as exceptions: InputError and CLI::ParseError become exit code 2, everything else 1 (main.cpp). Results go to
+// stdout, messages to stderr.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <vector>
+
+namespace halfshade {
+
+void add_render(CLI::App& program);
+void add_bench(CLI::App& program);
+void add_devices(CLI::App& program);
+void add_methods(CLI::App& program);
+
+/// Prints the topology of each mesh file.
+void run_inspect(const std::vector<std::filesystem::path>& meshes, bool json);
+
+}  // namespace halfshade

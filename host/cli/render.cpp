@@ -1,0 +1,182 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <memory>
+
+#include "cli/commands.hpp"
+#include "cli/draw_options.hpp"
+#include "halfshade/halfshade.hpp"
+#include "image_io.hpp"
+
+namespace halfshade {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::string_view default_methods = "smoothies";
+
+struct RenderOptions {
+  DrawOptions draw;
+  fs::path folder = "out";
+  std::string frames;
+  bool png = false, half = false, light_buffers = false, quiet = false;
+};
+
+struct FrameRange {
+  int first, last;
+};
+
+/// "A-B" or "A"; without, the scene's own range.
+FrameRange frame_range(const std::string& text, const Animation& animation) {
+  if (text.empty()) return {animation.first_frame, animation.last_frame};
+  constexpr int largest_frame = 1'000'000;
+  const std::vector<std::string> ends = split(text, '-');
+  if (ends.size() > 2) throw InputError(fmt::format("--frames: expected A-B or A, as 1-48 (found '{}')", text));
+  const auto frame = [](const std::string& end) { return static_cast<int>(parse_integer("--frames", end, 0, largest_frame)); };
+  const FrameRange range{frame(ends.front()), frame(ends.back())};
+  if (range.last < range.first) throw InputError(fmt::format("--frames: expected A-B with A <= B (found '{}')", text));
+  return range;
+}
+
+/// Before any work, for a long one must not fail at its end.
+void prepare_folder(const fs::path& folder) {
+  const auto fail = [&](const std::string& found) {
+    throw InputError(
+        fmt::format("{}: expected an output folder that can be written to ({}); choose another with -o", folder.string(), found));
+  };
+  if (fs::exists(folder) && !fs::is_directory(folder)) fail("a file is there");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) fail(error.message());
+  if (access(folder.c_str(), W_OK | X_OK) != 0) fail("no permission");
+}
+
+/// A light's name as part of a file's name.
+std::string file_name_part(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+/// One line that changes on a terminal, a line a step where the output is kept, nothing where it is not wanted.
+class Progress {
+ public:
+  Progress(std::size_t steps, bool quiet) : steps_(steps), quiet_(quiet), on_terminal_(isatty(STDERR_FILENO) != 0) {}
+  ~Progress() {
+    if (!quiet_ && on_terminal_) fmt::print(stderr, "\r\x1b[K");
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void begin_step(int frame, std::string_view method) {
+    if (quiet_ || !on_terminal_) return;
+    std::string left = "";
+    if (done_ > 0) {
+      const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
+      const auto left_s = std::chrono::seconds(std::lround(elapsed_s / done_ * (steps_ - done_)));
+      left = fmt::format(", {:%H:%M:%S} left", left_s);
+    }
+    fmt::print(stderr, "\r\x1b[K{}/{}: frame {}, {}{}", done_ + 1, steps_, frame, method, left);
+    std::fflush(stderr);
+  }
+  void end_step(const std::string& what) {
+    ++done_;
+    if (!quiet_ && !on_terminal_) fmt::print(stderr, "{}/{}: {}\n", done_, steps_, what);
+  }
+  /// For what the user should know although nothing failed.
+  void note(const std::string& text) {
+    if (!quiet_) fmt::print(stderr, "{}{}\n", on_terminal_ ? "\r\x1b[K" : "", text);
+  }
+
+ private:
+  std::size_t steps_, done_ = 0;
+  bool quiet_, on_terminal_;
+  Clock::time_point begin_ = Clock::now();
+};
+
+Metadata frame_metadata(const RenderOptions& options, const Settings& settings, int frame_number, const DeviceInfo& device,
+                        double render_ms) {
+  Metadata metadata = describe(settings);
+  metadata.emplace_back("scene", options.draw.scene_path.filename().string());
+  metadata.emplace_back("frame", fmt::format("{}", frame_number));
+  metadata.emplace_back("device", fmt::format("{} ({})", device.name, device.version));
+  metadata.emplace_back("version", std::string(version()));
+  metadata.emplace_back("time", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))));
+  metadata.emplace_back("render_ms", fmt::format("{:.3f}", render_ms));
+  return metadata;
+}
+
+void write_light_buffers(const fs::path& folder, const std::string& stem, Renderer& renderer,
+                         std::span<const std::string> light_names, const Metadata& metadata, Progress& progress) {
+  for (std::size_t light = 0; light < light_names.size(); ++light) {
+    const LightBuffers buffers = renderer.read_light_buffers(light);
+    if (buffers.planes.empty()) {
+      progress.note(fmt::format("light '{}': nothing casts a shadow in its reach; it has no buffers", light_names[light]));
+      continue;
+    }
+    Metadata light_metadata = metadata;
+    light_metadata.emplace_back("light", light_names[light]);
+    const std::string name = fmt::format("{}.{}.exr", stem, file_name_part(light_names[light]));
+    write_light_buffers_exr(folder / name, buffers, light_metadata);
+  }
+}
+
+void run_render(const RenderOptions& options) {
+  const std::vector<Settings> all_settings = options.draw.settings(default_methods);
+  const Scene scene = options.draw.load();
+  const FrameRange range = frame_range(options.frames, scene.animation);
+  prepare_folder(options.folder);
+  const std::shared_ptr<Device> device = options.draw.open_device();
+  Renderer renderer(device);
+  std::vector<std::string> light_names;
+  for (const Light& light : scene.lights) light_names.push_back(light.name);
+
+  const std::size_t frame_count = static_cast<std::size_t>(range.last - range.first) + 1;
+  Progress progress(frame_count * all_settings.size(), options.quiet);
+  for (int frame_number = range.first; frame_number <= range.last; ++frame_number) {
+    renderer.set_scene(scene_at_frame(scene, frame_number));
+    for (const Settings& settings : all_settings) {
+      progress.begin_step(frame_number, name_of(settings.method));
+      const Clock::time_point begin = Clock::now();
+      renderer.render(settings);
+      const double render_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+
+      const Frame frame = renderer.read_frame();
+      const Metadata metadata = frame_metadata(options, settings, frame_number, device->info(), render_ms);
+      const std::string stem = fmt::format("{}.{}.{:04}", scene.name, name_of(settings.method), frame_number);
+      const fs::path path = options.folder / (stem + ".exr");
+      write_frame_exr(path, frame, light_names, options.half, metadata);
+      if (options.png) write_frame_png(options.folder / (stem + ".png"), frame);
+      if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, light_names, metadata, progress);
+      progress.end_step(fmt::format("{} ({:.1f} ms)", path.string(), render_ms));
+    }
+  }
+}
+
+}  // namespace
+
+void add_render(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("render", "Render a scene's frames to EXR");
+  const auto options = std::make_shared<RenderOptions>();
+  options->draw.add(*command, default_methods);
+  command->add_option("-o,--output", options->folder, "Output folder, made if missing (default: out)")->option_text("DIR");
+  command->add_option("--frames", options->frames, "Frames to render (default: the scene's animation range)")->option_text("A-B");
+  command->add_flag("--png", options->png, "Also a PNG beside each EXR (clipped, sRGB)");
+  command->add_flag("--half", options->half, "16-bit floats for shaded and visibility channels");
+  command->add_flag("--light-buffers", options->light_buffers, "Also each light's buffers: shadow map, fins");
+  command->add_flag("-q,--quiet", options->quiet, "No progress");
+  command->footer(
+      "Writes DIR/<scene>.<method>.<frame>.exr. An option that no chosen method heeds is an error.\n\n"
+      "Examples:\n"
+      "  halfshade render data/scenes/primitives.json --png\n"
+      "  halfshade render data/scenes/boxes.json -m hard,smoothies --light-res 2048 -o boxes\n"
+      "  halfshade render data/scenes/turntable.json --frames 1-24 --resolution 512x512 --half\n");
+  command->callback([options] { run_render(*options); });
+}
+
+}  // namespace halfshade

@@ -1,0 +1,51 @@
+// Frames and light buffers as image files. Belongs to the command line: the library itself reads and writes no pictures.
+//
+// Files appear whole or not at all. A picture is encoded in memory, where the image library cannot meet a full disk, then written
+// under a temporary name in the target folder with every call checked, and renamed when all of it has reached the disk.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "halfshade/halfshade.hpp"
+
+namespace halfshade {
+
+/// What is said about a picture inside its file: name (without the prefix "halfshade:") and text.
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+/// Writes a frame as EXR: R G B, shadow_<light>.Y for each of `light_names`, P.X P.Y P.Z, N.X N.Y N.Z, depth.Z, 32-bit float;
+/// with `half`, the shaded and visibility channels in 16 bits. Throws InputError where the path cannot be written to or two
+/// channels would have one name, DeviceError where writing fails.
+void write_frame_exr(const std::filesystem::path& path, const Frame& frame, std::span<const std::string> light_names, bool half,
+                     const Metadata& metadata);
+
+/// Writes the shaded picture as an 8-bit PNG: exposure 1, values clipped to 0..1, then the sRGB transfer curve. Throws as above.
+void write_frame_png(const std::filesystem::path& path, const Frame& frame);
+
+/// Writes a light's buffers as a 32-bit EXR, one channel a plane. The metadata also says how texels map to light space:
+/// light_map_origin, light_map_texel (light map units a texel), light_znear, light_zfar. Throws as above.
+void write_light_buffers_exr(const std::filesystem::path& path, const LightBuffers& buffers, const Metadata& metadata);
+
+/// An EXR file in memory.
+struct ExrImage {
+  glm::uvec2 resolution{0, 0};
+  std::map<std::string, std::vector<float>> channels;  ///< by name; row-major, first row at the top
+  std::map<std::string, std::string> metadata;         ///< those under "halfshade:", without the prefix
+};
+
+/// Reads every pixel of an EXR file. Throws InputError for what is not a whole EXR file.
+ExrImage read_exr(const std::filesystem::path& path);
+
+/// Writes a file so that it appears whole or not at all. Throws InputError where the folder does not let it be made, DeviceError
+/// where writing fails.
+void write_file_whole(const std::filesystem::path& path, std::span<const unsigned char> bytes);
+
+/// Removes the temporary file that is being written at this moment, if any. Only calls what a signal handler may call.
+void remove_unfinished_file() noexcept;
+
+}  // namespace halfshade

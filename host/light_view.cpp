@@ -1,0 +1,275 @@
+// Everything here is double precision; kernels receive the rounded results, relative to the view's own origin.
+#include "light_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace halfshade {
+
+// Host and device must agree about every struct (a test asks the device for its own sizes).
+static_assert(sizeof(HsBlock) == 16);
+static_assert(sizeof(HsTransform) == 48);
+static_assert(sizeof(HsView) == 96 && offsetof(HsView, znear) == 64);
+static_assert(sizeof(HsFeature) == 32);
+static_assert(sizeof(HsFinShape) == 16);
+static_assert(sizeof(HsStatus) == 16);
+static_assert(sizeof(HsReceiverView) == 128 && offsetof(HsReceiverView, width_px) == 112);
+static_assert(sizeof(HsShadeLight) == 96);
+
+namespace {
+
+cl_float4 float4_of(const glm::dvec3& v, double w = 0.0) {
+  return {{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), static_cast<float>(w)}};
+}
+
+glm::dvec3 row_of(const glm::dmat4& m, int row) {
+  return {m[0][row], m[1][row], m[2][row]};
+}
+
+glm::dmat4 look_along(const glm::dvec3& position, const glm::dvec3& axis, const glm::dvec3& up) {
+  const glm::dvec3 z = glm::normalize(axis);
+  const glm::dvec3 x = glm::normalize(glm::cross(z, up));
+  const glm::dvec3 y = glm::cross(x, z);
+  glm::dmat4 view(1.0);
+  for (int i = 0; i < 3; ++i) {
+    view[i][0] = x[i];
+    view[i][1] = y[i];
+    view[i][2] = z[i];
+  }
+  view[3] = glm::dvec4(-glm::dot(x, position), -glm::dot(y, position), -glm::dot(z, position), 1.0);
+  return view;
+}
+
+glm::dvec3 corner_of(const Bounds& bounds, int i) {
+  return {i & 1 ? bounds.high.x : bounds.low.x, i & 2 ? bounds.high.y : bounds.low.y, i & 4 ? bounds.high.z : bounds.low.z};
+}
+
+/// Bounds of a placed mesh in a view: of q = (x/z, y/z) where it lies before the view's plane.
+struct ViewBounds {
+  glm::dvec2 q_low{1e300}, q_high{-1e300};
+  double z_low = 1e300, z_high = -1e300;
+};
+
+ViewBounds bounds_in_view(const Frustum& frustum, const PlacedMesh& mesh) {
+  const glm::dmat4 view_from_mesh = frustum.view_from_world * mesh.world_from_mesh;
+  ViewBounds bounds;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 p = view_from_mesh * glm::dvec4(corner_of(mesh.bounds, i), 1.0);
+    bounds.z_low = std::min(bounds.z_low, p.z);
+    bounds.z_high = std::max(bounds.z_high, p.z);
+    if (p.z > 0.0) {
+      bounds.q_low = glm::min(bounds.q_low, glm::dvec2(p) / p.z);
+      bounds.q_high = glm::max(bounds.q_high, glm::dvec2(p) / p.z);
+    }
+  }
+  if (bounds.z_low <= 0.0) {  // it reaches behind the plane: its projection is unbounded
+    bounds.q_low = glm::dvec2(-1e300);
+    bounds.q_high = glm::dvec2(1e300);
+  }
+  return bounds;
+}
+
+HsView base_view(const Frustum& frustum, double px_per_q, const glm::dvec2& top_left_q, glm::uvec2 size_px, unsigned tile_px) {
+  HsView view{};
+  view.px_from_q = {{static_cast<float>(px_per_q), static_cast<float>(-top_left_q.x * px_per_q), static_cast<float>(-px_per_q),
+                     static_cast<float>(top_left_q.y * px_per_q)}};
+  view.world_from_view_x = float4_of(row_of(frustum.view_from_world, 0));
+  view.world_from_view_y = float4_of(row_of(frustum.view_from_world, 1));
+  view.world_from_view_z = float4_of(row_of(frustum.view_from_world, 2));
+  view.width_px = size_px.x;
+  view.height_px = size_px.y;
+  view.tiles_x = (size_px.x + tile_px - 1) / tile_px;
+  view.tiles_y = (size_px.y + tile_px - 1) / tile_px;
+  view.mid_x_px = size_px.x / 2;
+  view.mid_y_px = size_px.y / 2;
+  return view;
+}
+
+}  // namespace
+
+glm::dmat4 world_from_mesh(const SceneMesh& mesh) {
+  glm::dmat4 m = glm::translate(glm::dmat4(1.0), mesh.translation);
+  m = glm::rotate(m, glm::radians(mesh.rotation_deg.z), glm::dvec3(0, 0, 1));
+  m = glm::rotate(m, glm::radians(mesh.rotation_deg.y), glm::dvec3(0, 1, 0));
+  m = glm::rotate(m, glm::radians(mesh.rotation_deg.x), glm::dvec3(1, 0, 0));
+  m = glm::scale(m, mesh.scale);
+  return glm::translate(m, mesh.mesh->origin);
+}
+
+Frustum camera_frustum(const Camera& camera) {
+  Frustum frustum;
+  frustum.view_from_world = look_along(camera.position, camera.target - camera.position, camera.up);
+  frustum.tan_half_y = std::tan(glm::radians(camera.yfov_deg) / 2);
+  frustum.tan_half_x = frustum.tan_half_y * camera.resolution.x / camera.resolution.y;
+  return frustum;
+}
+
+Frustum light_frustum(const Light& light) {
+  const glm::dvec3 axis = glm::normalize(light.target - light.position);
+  // Up is world +Y, or +Z where the axis is within 8 degrees of Y.
+  const glm::dvec3 up =
+      light.up ? *light.up : (std::abs(axis.y) > std::cos(glm::radians(8.0)) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
+  Frustum frustum;
+  frustum.view_from_world = look_along(light.position, axis, up);
+  frustum.tan_half_x = frustum.tan_half_y = std::tan(glm::radians(light.cone_deg) / 2);
+  return frustum;
+}
+
+HsView camera_view(const Camera& camera, unsigned tile_px) {
+  const Frustum frustum = camera_frustum(camera);
+  const double px_per_q = camera.resolution.y / (2.0 * frustum.tan_half_y);
+  HsView view = base_view(frustum, px_per_q, {-frustum.tan_half_x, frustum.tan_half_y}, camera.resolution, tile_px);
+  view.znear = static_cast<float>(camera.znear);
+  view.d_far = static_cast<float>(1.0 / camera.zfar);
+  return view;
+}
+
+std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vector<PlacedMesh>& meshes, double znear,
+                                          double zfar) {
+  std::vector<std::uint32_t> seen;
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
+    const ViewBounds bounds = bounds_in_view(frustum, meshes[i]);
+    if (bounds.z_high >= znear && bounds.z_low <= zfar && bounds.q_high.x >= -frustum.tan_half_x &&
+        bounds.q_low.x <= frustum.tan_half_x && bounds.q_high.y >= -frustum.tan_half_y && bounds.q_low.y <= frustum.tan_half_y)
+      seen.push_back(i);
+  }
+  return seen;
+}
+
+/// True for a flat mesh (a floor, a wall) that has no receiver on its far side: it casts on nothing, however much of the light it
+/// fills.
+bool casts_on_nothing(const Frustum& light, const std::vector<PlacedMesh>& meshes, const std::vector<std::uint32_t>& lit,
+                      std::uint32_t flat) {
+  const PlacedMesh& mesh = meshes[flat];
+  const glm::dvec3 extent = mesh.bounds.high - mesh.bounds.low;
+  const int axis = extent.x <= 0.0 ? 0 : extent.y <= 0.0 ? 1 : extent.z <= 0.0 ? 2 : -1;
+  if (axis < 0) return false;
+  const glm::dmat4 light_from_mesh = light.view_from_world * mesh.world_from_mesh;
+  const glm::dvec3 along0 = light_from_mesh[(axis + 1) % 3], along1 = light_from_mesh[(axis + 2) % 3];
+  const glm::dvec3 anchor = light_from_mesh * glm::dvec4(mesh.bounds.low, 1.0);
+  glm::dvec3 normal = glm::cross(along0, along1);
+  if (glm::dot(normal, anchor) > 0.0) normal = -normal;  // towards the light
+  const double size = glm::length(glm::dvec3(light_from_mesh * glm::dvec4(mesh.bounds.high, 1.0)) - anchor);
+  const double slack = 1e-3 * glm::length(normal) * size;  // things that stand on it may sink in by rounding
+  for (const std::uint32_t other : lit) {
+    if (other == flat || !meshes[other].receives_shadow) continue;
+    const glm::dmat4 light_from_other = light.view_from_world * meshes[other].world_from_mesh;
+    for (int i = 0; i < 8; ++i)
+      if (glm::dot(normal, glm::dvec3(light_from_other * glm::dvec4(corner_of(meshes[other].bounds, i), 1.0)) - anchor) < -slack)
+        return false;
+  }
+  return true;
+}
+
+LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px) {
+  LightView fitted;
+  fitted.frustum = light_frustum(light);
+  const double cone = fitted.frustum.tan_half_x;
+
+  // A shadow falls where the light cone, the casters widened by their penumbrae, and the receivers overlap.
+  const std::vector<std::uint32_t> lit = meshes_in_view(fitted.frustum, meshes, 0.0, 1e300);
+  ViewBounds casting, receiving;
+  for (const std::uint32_t i : lit) {
+    const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
+    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, meshes, lit, i)) {
+      const double widest = bounds.z_low > 0.0 ? light.radius / bounds.z_low : 2.0 * cone;
+      casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
+      casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);
+      fitted.casters.push_back(i);
+    }
+    if (meshes[i].receives_shadow) {
+      receiving.q_low = glm::min(receiving.q_low, bounds.q_low);
+      receiving.q_high = glm::max(receiving.q_high, bounds.q_high);
+    }
+  }
+  const glm::dvec2 low = glm::max(glm::max(casting.q_low, receiving.q_low), glm::dvec2(-cone));
+  const glm::dvec2 high = glm::min(glm::min(casting.q_high, receiving.q_high), glm::dvec2(cone));
+  if (fitted.casters.empty() || low.x >= high.x || low.y >= high.y) {
+    fitted.casters.clear();
+    return fitted;
+  }
+  double z_low = 1e300, z_high = 0.0;
+  for (const std::uint32_t i : lit) {
+    const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
+    if (bounds.q_high.x < low.x || bounds.q_low.x > high.x || bounds.q_high.y < low.y || bounds.q_low.y > high.y) continue;
+    z_high = std::max(z_high, bounds.z_high);
+    if (!meshes[i].casts_shadow) continue;
+    fitted.drawn.push_back(i);
+    z_low = std::min(z_low, bounds.z_low);
+  }
+
+  // The step between texel sizes, and the texel that snapping the corner can cost, are paid for by rounding up.
+  const double usable_px = std::max(1.0, static_cast<double>(resolution_px) - 2.0);
+  const glm::dvec2 extent = high - low;
+  const double texel = std::exp2(std::ceil(std::log2(std::max(extent.x, extent.y) / usable_px) * 8.0) / 8.0);
+  const glm::dvec2 corner{std::floor(low.x / texel) * texel, std::ceil(high.y / texel) * texel};
+  const glm::uvec2 size_px = glm::clamp(glm::uvec2(std::ceil((high.x - corner.x) / texel), std::ceil((corner.y - low.y) / texel)),
+                                        glm::uvec2(1), glm::uvec2(resolution_px));
+
+  fitted.view = base_view(fitted.frustum, 1.0 / texel, corner, size_px, tile_px);
+  fitted.lm_from_px_scale = texel;
+  fitted.lm_from_px_origin = corner;
+  fitted.zfar = z_high * 1.001;
+  fitted.znear = std::max(z_low * 0.999, fitted.zfar * 1e-4);
+  fitted.view.znear = static_cast<float>(fitted.znear);
+  fitted.view.d_far = static_cast<float>(1.0 / fitted.zfar);
+  return fitted;
+}
+
+HsTransform transform_rows(const glm::dmat4& m) {
+  return {float4_of(row_of(m, 0), m[3][0]), float4_of(row_of(m, 1), m[3][1]), float4_of(row_of(m, 2), m[3][2])};
+}
+
+HsReceiverView receiver_view(const Camera& camera, const Light& light, bool has_depth) {
+  const Frustum from = camera_frustum(camera);
+  const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
+  const glm::dmat4 light_from_view = light_from_world * glm::inverse(from.view_from_world);
+  const double q_per_px = 2.0 * from.tan_half_y / camera.resolution.y;
+  const glm::dmat3 turn(light_from_view);
+
+  HsReceiverView view{};
+  view.ray0 = float4_of(turn * glm::dvec3(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0));
+  view.ray_dx = float4_of(turn * glm::dvec3(q_per_px, 0.0, 0.0));
+  view.ray_dy = float4_of(turn * glm::dvec3(0.0, -q_per_px, 0.0));
+  view.origin = float4_of(glm::dvec3(light_from_view[3]));
+  const HsTransform rows = transform_rows(light_from_world);
+  view.from_world_x = rows.row_x;
+  view.from_world_y = rows.row_y;
+  view.from_world_z = rows.row_z;
+  view.width_px = camera.resolution.x;
+  view.height_px = camera.resolution.y;
+  view.has_depth = has_depth;
+  view.tan_half_cone = static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
+  return view;
+}
+
+HsReceiverView shade_view(const Camera& camera, bool has_depth) {
+  const Frustum from = camera_frustum(camera);
+  const glm::dmat3 world_from_view = glm::transpose(glm::dmat3(from.view_from_world));
+  const double q_per_px = 2.0 * from.tan_half_y / camera.resolution.y;
+  HsReceiverView view{};
+  view.ray0 = float4_of(world_from_view * glm::dvec3(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0));
+  view.ray_dx = float4_of(world_from_view * glm::dvec3(q_per_px, 0.0, 0.0));
+  view.ray_dy = float4_of(world_from_view * glm::dvec3(0.0, -q_per_px, 0.0));
+  view.origin = float4_of(-camera.position);
+  view.width_px = camera.resolution.x;
+  view.height_px = camera.resolution.y;
+  view.has_depth = has_depth;
+  return view;
+}
+
+HsShadeLight shade_light(const Camera& camera, const Light& light) {
+  const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
+  HsShadeLight shade{};
+  shade.position_ws = float4_of(light.position - camera.position);
+  shade.color = float4_of(glm::dvec3(light.color) * light.intensity);
+  shade.from_camera_x = float4_of(row_of(light_from_world, 0));
+  shade.from_camera_y = float4_of(row_of(light_from_world, 1));
+  shade.from_camera_z = float4_of(row_of(light_from_world, 2));
+  shade.tan_half_cone = static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
+  return shade;
+}
+
+}  // namespace halfshade

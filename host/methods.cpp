@@ -1,0 +1,56 @@
+// The table of methods: names, sources, and the settings each heeds.
+#include <fmt/format.h>
+
+#include <array>
+
+#include "halfshade/halfshade.hpp"
+
+namespace halfshade {
+namespace {
+
+constexpr std::array<MethodInfo, 3> method_table{{
+    {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res"},
+    {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
+     "Reeves, Salesin & Cook 1987", "light-res pcf-filter"},
+    {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
+     "Chan & Durand 2003", "light-res smoothie-width falloff"},
+}};
+
+constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};
+
+}  // namespace
+
+std::string_view version() {
+  return HALFSHADE_VERSION;
+}
+
+std::span<const MethodInfo> methods() {
+  return method_table;
+}
+
+std::string_view name_of(Method method) {
+  for (const MethodInfo& info : method_table)
+    if (info.method == method) return info.name;
+  throw std::logic_error("a method without an entry in method_table");
+}
+
+std::string_view name_of(Falloff falloff) {
+  return falloff_names.at(static_cast<std::size_t>(falloff));
+}
+
+Method method_from_name(std::string_view name) {
+  std::string known;
+  for (const MethodInfo& info : method_table) {
+    if (info.name == name) return info.method;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", info.name);
+  }
+  throw InputError(fmt::format("unknown method '{}'; use one of: {}", name, known));
+}
+
+Falloff falloff_from_name(std::string_view name) {
+  for (std::size_t i = 0; i < falloff_names.size(); ++i)
+    if (falloff_names[i] == name) return static_cast<Falloff>(i);
+  throw InputError(fmt::format("unknown falloff '{}'; use one of: {}", name, fmt::join(falloff_names, ", ")));
+}
+
+}  // namespace halfshade

@@ -1,0 +1,704 @@
+// The frame: uploads what a scene needs, and enqueues the passes of DESIGN's figure, one named launch a line.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "device_impl.hpp"
+#include "light_view.hpp"
+#include "topology.hpp"
+
+namespace halfshade {
+namespace {
+
+/// A buffer that only grows. Old memory lives on until the commands that use it are done (OpenCL retains it).
+class GrowingBuffer {
+ public:
+  /// At least `bytes`; the contents are lost when it grows.
+  const cl::Buffer& at_least(const DeviceImpl& device, std::size_t bytes, const char* what) {
+    if (bytes > bytes_ || !buffer_()) {
+      if (bytes > device.device_info.largest_buffer_bytes)
+        throw DeviceError(
+            fmt::format("{}: {} needs a buffer of {} MiB, the device allows {} MiB; lower the resolution or split the scene",
+                        device.device_info.name, what, bytes >> 20, device.device_info.largest_buffer_bytes >> 20));
+      bytes_ = std::max<std::size_t>(bytes, 16);
+      buffer_ = cl::Buffer(device.cl_context_, CL_MEM_READ_WRITE, bytes_);
+    }
+    return buffer_;
+  }
+  const cl::Buffer& get() const { return buffer_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  cl::Buffer buffer_;
+  std::size_t bytes_ = 0;
+};
+
+/// A read-only buffer with a copy of `values`, made without a command on any queue.
+template <class T>
+cl::Buffer buffer_of(const DeviceImpl& device, const std::vector<T>& values, const char* what) {
+  const std::size_t bytes = std::max<std::size_t>(values.size() * sizeof(T), 16);
+  if (bytes > device.device_info.largest_buffer_bytes)
+    throw DeviceError(
+        fmt::format("{}: {} needs a buffer of {} MiB, the device allows {} MiB; split or simplify the scene's meshes",
+                    device.device_info.name, what, bytes >> 20, device.device_info.largest_buffer_bytes >> 20));
+  if (values.empty()) return cl::Buffer(device.cl_context_, CL_MEM_READ_ONLY, bytes);
+  return cl::Buffer(device.cl_context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, values.size() * sizeof(T),
+                    const_cast<T*>(values.data()));
+}
+
+/// Elements first .. first + count of each mesh, cut into blocks of HS_BLOCK_SIZE.
+struct Range {
+  std::uint32_t first, count;
+};
+
+/// The meshes of a scene as they lie on the device, one behind the other.
+struct Resident {
+  std::vector<std::shared_ptr<const Mesh>> meshes;  ///< what was uploaded, to see whether it still holds
+  std::vector<Range> vertices, triangles, edges;    ///< of each mesh
+  std::uint32_t vertex_count = 0, triangle_count = 0, edge_count = 0;
+  std::vector<Bounds> bounds;
+  cl::Buffer positions;            // float[3 * vertex_count]
+  cl::Buffer triangle_corners;     // uint[3 * triangle_count], scene-wide vertices
+  cl::Buffer face_meshes;          // uint[triangle_count]
+  cl::Buffer edge_ends;            // uint2[edge_count], scene-wide vertices
+  cl::Buffer edge_face_offsets;    // uint[edge_count + 1]
+  cl::Buffer edge_faces;           // uint[edge_face_offsets[edge_count]], (scene-wide face << 1) | against
+  cl::Buffer vertex_edge_offsets;  // uint[vertex_count + 1]
+  cl::Buffer vertex_edges;         // uint[2 * edge_count]
+};
+
+Resident upload(const DeviceImpl& device, const Scene& scene) {
+  Resident resident;
+  std::vector<glm::vec3> positions;
+  std::vector<glm::uvec3> triangles;
+  std::vector<std::uint32_t> face_meshes, edge_face_offsets{0}, edge_faces, vertex_edge_offsets{0}, vertex_edges;
+  std::vector<glm::uvec2> edges;
+  std::map<const Mesh*, Topology> topologies;
+  for (std::uint32_t m = 0; m < scene.meshes.size(); ++m) {
+    const Mesh& mesh = *scene.meshes[m].mesh;
+    resident.meshes.push_back(scene.meshes[m].mesh);
+    const auto found = topologies.find(&mesh);
+    const Topology& topology =
+        found != topologies.end() ? found->second : topologies.emplace(&mesh, build_topology(mesh)).first->second;
+    const std::size_t limit = std::size_t{1} << 30;  // faces are stored shifted by one bit
+    if (positions.size() + mesh.positions.size() > limit || triangles.size() + mesh.triangles.size() > limit ||
+        edges.size() + topology.edges.size() > limit)
+      throw InputError(fmt::format("scene '{}': mesh '{}' brings it past 2^30 vertices, triangles or edges; split the scene",
+                                   scene.name, scene.meshes[m].name));
+    const auto vertex0 = static_cast<std::uint32_t>(positions.size()), triangle0 = static_cast<std::uint32_t>(triangles.size()),
+               edge0 = static_cast<std::uint32_t>(edges.size()), face_ref0 = static_cast<std::uint32_t>(edge_faces.size()),
+               edge_ref0 = static_cast<std::uint32_t>(vertex_edges.size());
+    resident.vertices.push_back({vertex0, static_cast<std::uint32_t>(mesh.positions.size())});
+    resident.triangles.push_back({triangle0, static_cast<std::uint32_t>(mesh.triangles.size())});
+    resident.edges.push_back({edge0, static_cast<std::uint32_t>(topology.edges.size())});
+
+    Bounds bounds{glm::dvec3(1e300), glm::dvec3(-1e300)};
+    for (const glm::vec3& p : mesh.positions) {
+      bounds.low = glm::min(bounds.low, glm::dvec3(p));
+      bounds.high = glm::max(bounds.high, glm::dvec3(p));
+    }
+    resident.bounds.push_back(bounds);
+    positions.insert(positions.end(), mesh.positions.begin(), mesh.positions.end());
+    for (const glm::uvec3& t : mesh.triangles) triangles.push_back(t + vertex0);
+    face_meshes.insert(face_meshes.end(), mesh.triangles.size(), m);
+    for (const glm::uvec2& e : topology.edges) edges.push_back(e + vertex0);
+    for (std::size_t i = 1; i < topology.edge_face_offset.size(); ++i)
+      edge_face_offsets.push_back(topology.edge_face_offset[i] + face_ref0);
+    for (const std::uint32_t f : topology.edge_faces) edge_faces.push_back(f + (triangle0 << 1));
+    for (std::size_t i = 1; i < topology.vertex_edge_offset.size(); ++i)
+      vertex_edge_offsets.push_back(topology.vertex_edge_offset[i] + edge_ref0);
+    for (const std::uint32_t e : topology.vertex_edges) vertex_edges.push_back(e + edge0);
+  }
+  resident.vertex_count = static_cast<std::uint32_t>(positions.size());
+  resident.triangle_count = static_cast<std::uint32_t>(triangles.size());
+  resident.edge_count = static_cast<std::uint32_t>(edges.size());
+  resident.positions = buffer_of(device, positions, "vertex positions");
+  resident.triangle_corners = buffer_of(device, triangles, "triangles");
+  resident.face_meshes = buffer_of(device, face_meshes, "triangles");
+  resident.edge_ends = buffer_of(device, edges, "edges");
+  resident.edge_face_offsets = buffer_of(device, edge_face_offsets, "edges");
+  resident.edge_faces = buffer_of(device, edge_faces, "edges");
+  resident.vertex_edge_offsets = buffer_of(device, vertex_edge_offsets, "vertex edges");
+  resident.vertex_edges = buffer_of(device, vertex_edges, "vertex edges");
+  return resident;
+}
+
+/// Blocks of some meshes' elements, ready to launch.
+struct Blocks {
+  cl::Buffer blocks;
+  std::uint32_t count = 0;
+};
+
+Blocks blocks_of(const DeviceImpl& device, const std::vector<Range>& ranges, const std::vector<std::uint32_t>& meshes) {
+  std::vector<HsBlock> blocks;
+  for (const std::uint32_t m : meshes)
+    for (std::uint32_t i = 0; i < ranges[m].count; i += HS_BLOCK_SIZE)
+      blocks.push_back({ranges[m].first + i, std::min<std::uint32_t>(HS_BLOCK_SIZE, ranges[m].count - i), m, 0});
+  return {buffer_of(device, blocks, "block list"), static_cast<std::uint32_t>(blocks.size())};
+}
+
+/// A view with all it draws: the camera, or a light.
+struct DrawList {
+  HsView view{};
+  cl::Buffer transforms;                  // HsTransform a mesh of the scene
+  Blocks vertices, triangles;             // of all it draws
+  Blocks caster_triangles, caster_edges;  // of those that get fins
+};
+
+DrawList draw_list(const DeviceImpl& device, const Resident& resident, const std::vector<PlacedMesh>& placed, const HsView& view,
+                   const glm::dmat4& view_from_world, const std::vector<std::uint32_t>& drawn,
+                   const std::vector<std::uint32_t>& casters = {}) {
+  DrawList list;
+  list.view = view;
+  std::vector<HsTransform> transforms;
+  for (const PlacedMesh& mesh : placed) transforms.push_back(transform_rows(view_from_world * mesh.world_from_mesh));
+  list.transforms = buffer_of(device, transforms, "transforms");
+  list.vertices = blocks_of(device, resident.vertices, drawn);
+  list.triangles = blocks_of(device, resident.triangles, drawn);
+  list.caster_triangles = blocks_of(device, resident.triangles, casters);
+  list.caster_edges = blocks_of(device, resident.edges, casters);
+  return list;
+}
+
+/// The tile lists of one kind of primitive. Sizes are guesses with room to spare; where they do not hold, kernels go through all
+/// primitives instead, and the next frame gets the room it needs (see bins_overflow in kernels/common.h).
+struct Bins {
+  GrowingBuffer rects;    // ushort4 a primitive
+  GrowingBuffer counts;   // uint a tile: counts, then cursors
+  GrowingBuffer offsets;  // uint a tile and one: where a tile's references begin; the last is their total
+  GrowingBuffer refs;     // uint a reference
+  std::size_t wanted_refs = 0;
+  cl_uint capacity = 0;
+
+  void size_for(const DeviceImpl& device, std::size_t primitives, std::size_t tiles, std::size_t refs_guess) {
+    rects.at_least(device, primitives * sizeof(cl_ushort4), "tile rectangles");
+    counts.at_least(device, tiles * sizeof(cl_uint), "tile counts");
+    offsets.at_least(device, (tiles + 1) * sizeof(cl_uint), "tile offsets");
+    const std::size_t most = device.device_info.largest_buffer_bytes / sizeof(cl_uint);
+    const std::size_t wanted = std::min(std::max(refs_guess, wanted_refs), most);
+    refs.at_least(device, wanted * sizeof(cl_uint), "tile references");
+    capacity = static_cast<cl_uint>(std::min<std::size_t>(refs.bytes() / sizeof(cl_uint), 0xffffffffu));
+  }
+};
+
+cl_uint tiles_of(const HsView& view) {
+  return view.tiles_x * view.tiles_y;
+}
+std::size_t pixels_of(const HsView& view) {
+  return std::size_t{view.width_px} * view.height_px;
+}
+
+/// Copied back after a frame; a row a light.
+struct LightCounters {
+  HsStatus status;
+  cl_uint triangle_refs, feature_refs;
+  cl_uint padding[2];
+};
+
+}  // namespace
+
+struct Renderer::State {
+  std::shared_ptr<DeviceImpl> device;
+  std::map<std::string, cl::Kernel, std::less<>> kernels;
+
+  Scene scene;
+  Resident resident;
+  std::vector<PlacedMesh> placed;
+  cl::Buffer materials;  // float4 a mesh: base colour, w = receives
+  std::optional<DrawList> camera_list;
+
+  // Filled by a view's passes; reused by the next view's.
+  GrowingBuffer vertices_vs, vertices_px, face_normals, sides, multiplicities, silhouettes, features, status;
+  Bins triangle_bins, feature_bins;
+  GrowingBuffer shadow_map, fin_depth, fin_alpha, tile_near_fins;
+  GrowingBuffer depth, normal, base_color, visibility, rgb;
+  GrowingBuffer counters;  // LightCounters a light
+
+  std::string label;  ///< whose stages are being timed
+  std::vector<std::pair<std::string, cl::Event>> timed;
+  std::optional<Settings> rendered;    ///< what `render` last drew with
+  std::vector<LightView> light_views;  ///< of the last frame, for statistics and light buffers
+
+  // ---------------------------------------------------------------------------------------------------------- launching
+
+  template <class... Args>
+  void launch(std::string_view name, cl::NDRange global, cl::NDRange local, const Args&... args) {
+    auto found = kernels.find(name);
+    if (found == kernels.end())
+      found = kernels.emplace(std::string(name), cl::Kernel(device->program, std::string(name).c_str())).first;
+    cl::Kernel& kernel = found->second;
+    try {
+      cl_uint index = 0;
+      (kernel.setArg(index++, args), ...);
+      cl::Event event;
+      device->cl_queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, device->profiles ? &event : nullptr);
+      if (device->profiles) timed.emplace_back(fmt::format("{}/{}", label, name), std::move(event));
+    } catch (const cl::Error& error) {
+      throw DeviceError(fmt::format("kernel {}: {}: {}; global size {}x{}, local size {}x{}", name, error.what(),
+                                    error_name(error.err()), global.get()[0], global.dimensions() > 1 ? global.get()[1] : 1,
+                                    local.get()[0], local.dimensions() > 1 ? local.get()[1] : 1));
+    }
+  }
+
+  /// One work-group a block, one work-item an element.
+  template <class... Args>
+  void launch_blocks(std::string_view name, const Blocks& blocks, const Args&... args) {
+    if (blocks.count > 0)
+      launch(name, cl::NDRange(std::size_t{blocks.count} * HS_BLOCK_SIZE), cl::NDRange(HS_BLOCK_SIZE), args...);
+  }
+
+  /// One work-group a tile.
+  template <class... Args>
+  void launch_tiles(std::string_view name, const HsView& view, const Args&... args) {
+    const std::size_t items = device->lanes == 1 ? std::size_t{device->tile_px} * device->tile_px : 1;
+    launch(name, cl::NDRange(tiles_of(view) * items), cl::NDRange(items), args...);
+  }
+
+  /// Enough work-items to fill the device, each taking every n-th element.
+  template <class... Args>
+  void launch_strided(std::string_view name, const Args&... args) {
+    launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
+  }
+
+  /// The receivers of a G-buffer: strips of 16 x 16 pixels a work-item on CPU devices, a pixel on GPU devices.
+  template <class... Args>
+  void launch_receivers(std::string_view name, glm::uvec2 size_px, const Args&... args) {
+    const auto cover = [](std::size_t n, std::size_t by) { return (n + by - 1) / by; };
+    if (device->lanes == 1)
+      launch(name, cl::NDRange(cover(size_px.x, 16) * 16, cover(size_px.y, 16) * 16), cl::NDRange(16, 16), args...);
+    else
+      launch(name, cl::NDRange(cover(size_px.x, 16), cover(size_px.y, 16)), cl::NDRange(1, 1), args...);
+  }
+
+  void zero(const cl::Buffer& buffer, std::size_t bytes) { device->cl_queue.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); }
+
+  // ------------------------------------------------------------------------------------------------------------- passes
+
+  /// Vertices into the view, triangles into its tiles.
+  void transform_and_bin(const DrawList& list) {
+    const cl_uint tiles = tiles_of(list.view);
+    vertices_vs.at_least(*device, resident.vertex_count * sizeof(cl_float4), "vertices");
+    vertices_px.at_least(*device, resident.vertex_count * sizeof(cl_int4), "vertices");
+    status.at_least(*device, sizeof(HsStatus), "counters");
+    triangle_bins.size_for(*device, std::size_t{list.triangles.count} * HS_BLOCK_SIZE, tiles,
+                           std::size_t{list.triangles.count} * HS_BLOCK_SIZE * 4 + std::size_t{tiles} * 256);
+    zero(status.get(), sizeof(HsStatus));
+    zero(triangle_bins.counts.get(), tiles * sizeof(cl_uint));
+    launch_blocks("transform", list.vertices, list.view, list.vertices.blocks, list.transforms, resident.positions,
+                  vertices_vs.get(), vertices_px.get());
+    launch_blocks("bound_triangles", list.triangles, list.view, list.triangles.blocks, resident.triangle_corners,
+                  vertices_vs.get(), vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, triangle_bins.counts.get(), triangle_bins.offsets.get());
+    launch_blocks("fill_triangles", list.triangles, list.view, list.triangles.blocks, triangle_bins.rects.get(),
+                  triangle_bins.counts.get(), triangle_bins.refs.get(), triangle_bins.capacity);
+  }
+
+  GBuffer draw_gbuffer() {
+    label = "camera";
+    const DrawList& list = *camera_list;
+    const std::size_t pixels = pixels_of(list.view);
+    depth.at_least(*device, pixels * sizeof(cl_float), "G-buffer depth");
+    normal.at_least(*device, pixels * sizeof(cl_float4), "G-buffer normals");
+    base_color.at_least(*device, pixels * sizeof(cl_float4), "G-buffer colours");
+    face_normals.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face normals");
+
+    transform_and_bin(list);
+    launch_blocks("face_normals", list.triangles, list.view, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
+                  materials, face_normals.get());
+    launch_tiles("raster_gbuffer", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+                 triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), face_normals.get(), resident.face_meshes,
+                 materials, depth.get(), normal.get(), base_color.get());
+    return {scene.camera.resolution, depth.get()(), nullptr, normal.get()(), base_color.get()()};
+  }
+
+  void draw_shadow_map(const DrawList& list) {
+    shadow_map.at_least(*device, pixels_of(list.view) * sizeof(cl_float), "shadow map");
+    transform_and_bin(list);
+    launch_tiles("raster_shadow_map", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+                 triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), shadow_map.get());
+  }
+
+  /// Faces to the light, silhouette edges, their quads and corners, into tiles, into fin buffers.
+  void draw_fins(const DrawList& list, const HsFinShape& shape) {
+    const cl_uint tiles = tiles_of(list.view);
+    const std::size_t pixels = pixels_of(list.view);
+    sides.at_least(*device, resident.triangle_count, "face sides");
+    multiplicities.at_least(*device, resident.edge_count, "edge multiplicities");
+    silhouettes.at_least(*device, resident.edge_count * sizeof(cl_uint), "silhouette edges");
+    // Each edge can be a silhouette, with its quad and a corner at either end: room for all, so that none is ever lost.
+    const std::size_t most_features = 3 * std::size_t{resident.edge_count};
+    features.at_least(*device, most_features * sizeof(HsFeature), "fins");
+    feature_bins.size_for(*device, most_features, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    fin_depth.at_least(*device, pixels * sizeof(cl_float), "fin depth");
+    fin_alpha.at_least(*device, pixels * sizeof(cl_float), "fin alpha");
+    tile_near_fins.at_least(*device, (tiles + 3) / 4 * 4, "tile flags");  // filled four at a time
+
+    zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(tile_near_fins.get(), (tiles + 3) / 4 * 4);
+    launch_blocks("orient_faces", list.caster_triangles, list.caster_triangles.blocks, resident.triangle_corners,
+                  vertices_vs.get(), sides.get());
+    launch_blocks("classify_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_face_offsets, resident.edge_faces,
+                  sides.get(), multiplicities.get(), silhouettes.get(), status.get());
+    launch_strided("build_features", list.view, shape, silhouettes.get(), resident.edge_ends, resident.edge_face_offsets,
+                   resident.edge_faces, resident.triangle_corners, resident.vertex_edge_offsets, resident.vertex_edges,
+                   multiplicities.get(), vertices_vs.get(), vertices_px.get(), features.get(), feature_bins.rects.get(),
+                   feature_bins.counts.get(), status.get());
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
+    launch_strided("fill_features", list.view, status.get(), feature_bins.rects.get(), feature_bins.counts.get(),
+                   feature_bins.refs.get(), feature_bins.capacity);
+    launch_tiles("raster_fins", list.view, list.view, shape, status.get(), feature_bins.rects.get(), feature_bins.offsets.get(),
+                 feature_bins.refs.get(), feature_bins.capacity, features.get(), shadow_map.get(), fin_depth.get(),
+                 fin_alpha.get(), tile_near_fins.get());
+  }
+
+  static bool has_fins(const Settings& settings, const Light& light) {
+    return settings.method == Method::smoothies && (settings.smoothie_width > 0.0 || light.radius > 0.0);
+  }
+
+  LightView fit(std::size_t light, const Settings& settings) const {
+    return fit_light_view(scene.lights[light], placed, settings.light_resolution_px, device->tile_px);
+  }
+
+  /// The light's side of the frame: shadow map and fin buffers. False if nothing casts in its reach.
+  bool draw_light_buffers(std::size_t light_index, const LightView& fitted, const Settings& settings) {
+    const Light& light = scene.lights[light_index];
+    label = light.name;
+    if (fitted.casters.empty()) return false;
+    const DrawList list =
+        draw_list(*device, resident, placed, fitted.view, fitted.frustum.view_from_world, fitted.drawn, fitted.casters);
+    draw_shadow_map(list);
+    if (has_fins(settings, light)) {
+      HsFinShape shape{};
+      if (settings.smoothie_width > 0.0)
+        shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
+      else
+        shape.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
+      draw_fins(list, shape);
+    }
+    return true;
+  }
+
+  /// Every pass of one light over a G-buffer.
+  void draw_visibility(const GBuffer& gbuffer, std::size_t light_index, const Settings& settings, const cl::Buffer& out,
+                       cl_uint plane) {
+    const Light& light = scene.lights[light_index];
+    const LightView fitted = fit(light_index, settings);
+    light_views[light_index] = fitted;
+    const bool casts = draw_light_buffers(light_index, fitted, settings);
+    label = light.name;
+
+    const bool has_depth = gbuffer.depth != nullptr;
+    const HsReceiverView view = receiver_view(scene.camera, light, has_depth);
+    const cl::Buffer depth_or_position(has_depth ? gbuffer.depth : gbuffer.position, true), normals(gbuffer.normal, true);
+    const auto receive = [&](std::string_view kernel, const auto&... args) {
+      launch_receivers(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
+    };
+    if (!casts)
+      receive("receive_all");
+    else if (settings.method == Method::pcf)
+      settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
+    else if (has_fins(settings, light))
+      receive("receive_smoothies", shadow_map.get(), fin_depth.get(), fin_alpha.get(), tile_near_fins.get(),
+              static_cast<cl_uint>(settings.falloff));
+    else
+      receive("receive_hard", shadow_map.get());
+    keep_counters(light_index, fitted, settings);
+  }
+
+  /// Copies the light's counters aside, on the device.
+  void keep_counters(std::size_t light, const LightView& fitted, const Settings& settings) {
+    const std::size_t row = light * sizeof(LightCounters);
+    device->cl_queue.enqueueFillBuffer(counters.get(), cl_uint{0}, row, sizeof(LightCounters));
+    if (fitted.casters.empty()) return;
+    const std::size_t total = tiles_of(fitted.view) * sizeof(cl_uint);
+    device->cl_queue.enqueueCopyBuffer(status.get(), counters.get(), 0, row, sizeof(HsStatus));
+    device->cl_queue.enqueueCopyBuffer(triangle_bins.offsets.get(), counters.get(), total,
+                                       row + offsetof(LightCounters, triangle_refs), sizeof(cl_uint));
+    if (has_fins(settings, scene.lights[light]))
+      device->cl_queue.enqueueCopyBuffer(feature_bins.offsets.get(), counters.get(), total,
+                                         row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
+  }
+
+  void draw_shade(const GBuffer& gbuffer, const cl::Buffer& planes, const cl::Buffer& out) {
+    label = "camera";
+    std::vector<HsShadeLight> lights;
+    for (const Light& light : scene.lights) lights.push_back(shade_light(scene.camera, light));
+    const cl_float4 ambient{{scene.ambient.x, scene.ambient.y, scene.ambient.z, 0.0f}};
+    const bool has_depth = gbuffer.depth != nullptr;
+    const std::size_t width = (gbuffer.resolution.x + 63) / 64 * 64;
+    launch("shade", cl::NDRange(width, gbuffer.resolution.y), cl::NDRange(64, 1), static_cast<cl_uint>(lights.size()),
+           buffer_of(*device, lights, "lights"), ambient, shade_view(scene.camera, has_depth),
+           cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true), cl::Buffer(gbuffer.normal, true),
+           cl::Buffer(gbuffer.base_color, true), planes, out);
+  }
+
+  // ------------------------------------------------------------------------------------------------------------- checks
+
+  void require_scene(std::string_view caller) const {
+    if (!camera_list) throw InputError(fmt::format("{}: no scene; call set_scene first", caller));
+  }
+
+  void check(const Settings& settings, std::string_view caller) const {
+    if (settings.light_resolution_px < 1 || settings.light_resolution_px > HS_MAX_RESOLUTION)
+      throw InputError(
+          fmt::format("{}: light map resolution {}: expected 1 to {}", caller, settings.light_resolution_px, HS_MAX_RESOLUTION));
+    if (settings.pcf_filter != 2 && settings.pcf_filter != 4)
+      throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
+    if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
+      throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
+                                   settings.smoothie_width));
+  }
+
+  void check(const GBuffer& gbuffer, std::string_view caller) const {
+    if (gbuffer.resolution != scene.camera.resolution)
+      throw InputError(fmt::format("{}: the G-buffer is {}x{}, the scene's camera {}x{}; they must agree", caller,
+                                   gbuffer.resolution.x, gbuffer.resolution.y, scene.camera.resolution.x,
+                                   scene.camera.resolution.y));
+    const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
+    check_plane(gbuffer.depth ? gbuffer.depth : gbuffer.position, pixels * (gbuffer.depth ? 4 : 16),
+                gbuffer.depth ? "depth" : "depth or position", caller);
+    check_plane(gbuffer.normal, pixels * 16, "normal", caller);
+  }
+
+  static void check_plane(cl_mem plane, std::size_t bytes, std::string_view what, std::string_view caller) {
+    if (!plane) throw InputError(fmt::format("{}: no {} buffer", caller, what));
+    std::size_t have = 0;
+    if (clGetMemObjectInfo(plane, CL_MEM_SIZE, sizeof have, &have, nullptr) != CL_SUCCESS)
+      throw InputError(fmt::format("{}: {} is not an OpenCL buffer", caller, what));
+    if (have < bytes) throw InputError(fmt::format("{}: the {} buffer holds {} bytes, expected {}", caller, what, have, bytes));
+  }
+};
+
+namespace {
+
+/// OpenCL's errors as ours.
+template <class F>
+auto guarded(std::string_view caller, F&& f) {
+  try {
+    return f();
+  } catch (const cl::Error& error) {
+    throw DeviceError(fmt::format("{}: {}: {}", caller, error.what(), error_name(error.err())));
+  }
+}
+
+template <class T>
+std::vector<T> read(const cl::CommandQueue& queue, const cl::Buffer& buffer, std::size_t count, std::size_t offset_bytes = 0) {
+  std::vector<T> values(count);
+  if (count > 0) queue.enqueueReadBuffer(buffer, CL_TRUE, offset_bytes, count * sizeof(T), values.data());
+  return values;
+}
+
+}  // namespace
+
+Renderer::Renderer(std::shared_ptr<Device> device) : state_(std::make_unique<State>()) {
+  state_->device = std::dynamic_pointer_cast<DeviceImpl>(std::move(device));
+  if (!state_->device) throw InputError("Renderer: expected a device from Device::open or Device::adopt");
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::set_scene(const Scene& scene) {
+  validate(scene, scene.name.empty() ? "scene" : scene.name);
+  guarded("set_scene", [&] {
+    State& s = *state_;
+    const bool resident =
+        s.camera_list && std::equal(scene.meshes.begin(), scene.meshes.end(), s.resident.meshes.begin(), s.resident.meshes.end(),
+                                    [](const SceneMesh& a, const auto& b) { return a.mesh == b; });
+    if (!resident) s.resident = upload(*s.device, scene);
+    s.scene = scene;
+    s.placed.clear();
+    std::vector<cl_float4> materials;
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+      const SceneMesh& mesh = scene.meshes[i];
+      s.placed.push_back({world_from_mesh(mesh), s.resident.bounds[i], mesh.casts_shadow, mesh.receives_shadow});
+      materials.push_back({{mesh.base_color.x, mesh.base_color.y, mesh.base_color.z, mesh.receives_shadow ? 1.0f : 0.0f}});
+    }
+    s.materials = buffer_of(*s.device, materials, "materials");
+    const Frustum frustum = camera_frustum(scene.camera);
+    s.camera_list = draw_list(*s.device, s.resident, s.placed, camera_view(scene.camera, s.device->tile_px),
+                              frustum.view_from_world, meshes_in_view(frustum, s.placed, scene.camera.znear, scene.camera.zfar));
+    s.light_views.assign(scene.lights.size(), {});
+    s.counters.at_least(*s.device, std::max<std::size_t>(1, scene.lights.size()) * sizeof(LightCounters), "counters");
+    s.rendered.reset();
+  });
+}
+
+GBuffer Renderer::enqueue_gbuffer() {
+  state_->require_scene("enqueue_gbuffer");
+  return guarded("enqueue_gbuffer", [&] { return state_->draw_gbuffer(); });
+}
+
+void Renderer::enqueue_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, cl_mem visibility,
+                                  std::size_t plane, std::span<const cl_event> wait, cl_event* done) {
+  State& s = *state_;
+  s.require_scene("enqueue_visibility");
+  s.check(settings, "enqueue_visibility");
+  s.check(gbuffer, "enqueue_visibility");
+  if (light >= s.scene.lights.size())
+    throw InputError(fmt::format("enqueue_visibility: light {}: the scene has {}", light, s.scene.lights.size()));
+  State::check_plane(visibility, (plane + 1) * pixels_of(s.camera_list->view) * sizeof(cl_float), "visibility",
+                     "enqueue_visibility");
+  guarded("enqueue_visibility", [&] {
+    if (!wait.empty()) {
+      if (const cl_int code =
+              clEnqueueBarrierWithWaitList(s.device->cl_queue(), static_cast<cl_uint>(wait.size()), wait.data(), nullptr))
+        throw cl::Error(code, "clEnqueueBarrierWithWaitList");
+    }
+    s.draw_visibility(gbuffer, light, settings, cl::Buffer(visibility, true), static_cast<cl_uint>(plane));
+    if (done) {
+      if (const cl_int code = clEnqueueMarkerWithWaitList(s.device->cl_queue(), 0, nullptr, done))
+        throw cl::Error(code, "clEnqueueMarkerWithWaitList");
+    }
+  });
+}
+
+void Renderer::enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb) {
+  State& s = *state_;
+  s.require_scene("enqueue_shade");
+  s.check(gbuffer, "enqueue_shade");
+  const std::size_t pixels = pixels_of(s.camera_list->view);
+  State::check_plane(gbuffer.base_color, pixels * 16, "base colour", "enqueue_shade");
+  State::check_plane(visibility, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * 4, "visibility", "enqueue_shade");
+  State::check_plane(rgb, pixels * 16, "rgb", "enqueue_shade");
+  guarded("enqueue_shade", [&] { s.draw_shade(gbuffer, cl::Buffer(visibility, true), cl::Buffer(rgb, true)); });
+}
+
+void Renderer::render(const Settings& settings) {
+  State& s = *state_;
+  s.require_scene("render");
+  s.check(settings, "render");
+  guarded("render", [&] {
+    s.timed.clear();
+    const std::size_t pixels = pixels_of(s.camera_list->view);
+    s.visibility.at_least(*s.device, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * sizeof(cl_float), "visibility");
+    s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
+
+    const GBuffer gbuffer = s.draw_gbuffer();
+    for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
+      s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light));
+    s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get());
+    s.device->cl_queue.finish();
+    s.rendered = settings;
+
+    // Room for the next frame where this one had to go without tile lists.
+    for (const LightCounters& light : read<LightCounters>(s.device->cl_queue, s.counters.get(), s.scene.lights.size())) {
+      s.triangle_bins.wanted_refs = std::max<std::size_t>(s.triangle_bins.wanted_refs, light.triangle_refs);
+      s.feature_bins.wanted_refs = std::max<std::size_t>(s.feature_bins.wanted_refs, light.feature_refs);
+    }
+  });
+}
+
+Frame Renderer::read_frame() {
+  State& s = *state_;
+  if (!s.rendered) throw InputError("read_frame: nothing rendered; call render first");
+  return guarded("read_frame", [&] {
+    const cl::CommandQueue& queue = s.device->cl_queue;
+    const std::size_t pixels = pixels_of(s.camera_list->view);
+    const auto vec4s = [&](const cl::Buffer& buffer) { return read<glm::vec4>(queue, buffer, pixels); };
+    Frame frame;
+    frame.resolution = s.scene.camera.resolution;
+    frame.depth = read<float>(queue, s.depth.get(), pixels);
+    frame.normal_ws = vec4s(s.normal.get());
+    frame.rgb = vec4s(s.rgb.get());
+    for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
+      frame.visibility.push_back(read<float>(queue, s.visibility.get(), pixels, light * pixels * sizeof(float)));
+
+    const Frustum frustum = camera_frustum(s.scene.camera);
+    const glm::dmat3 world_from_view = glm::transpose(glm::dmat3(frustum.view_from_world));
+    const glm::dvec2 px_to_q = 2.0 * glm::dvec2(frustum.tan_half_x, -frustum.tan_half_y) / glm::dvec2(frame.resolution);
+    frame.position_ws.resize(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const double z = frame.depth[i];
+      const glm::dvec2 px(i % frame.resolution.x + 0.5, i / frame.resolution.x + 0.5);
+      const glm::dvec2 q = glm::dvec2(-frustum.tan_half_x, frustum.tan_half_y) + px * px_to_q;
+      if (z > 0.0) frame.position_ws[i] = glm::vec4(s.scene.camera.position + world_from_view * glm::dvec3(q * z, z), 1.0f);
+      frame.normal_ws[i].w = 0.0f;
+    }
+    return frame;
+  });
+}
+
+LightBuffers Renderer::read_light_buffers(std::size_t light) {
+  State& s = *state_;
+  if (!s.rendered) throw InputError("read_light_buffers: nothing rendered; call render first");
+  if (light >= s.scene.lights.size())
+    throw InputError(fmt::format("read_light_buffers: light {}: the scene has {}", light, s.scene.lights.size()));
+  return guarded("read_light_buffers", [&] {
+    // Lights take turns with the buffers, so this one's are drawn again.
+    const LightView& fitted = s.light_views[light];
+    LightBuffers buffers;
+    const std::vector<std::pair<std::string, cl::Event>> kept = s.timed;
+    const bool casts = s.draw_light_buffers(light, fitted, *s.rendered);
+    s.timed = kept;
+    if (!casts) return buffers;
+    const cl::CommandQueue& queue = s.device->cl_queue;
+    const HsView& view = fitted.view;
+    const std::size_t texels = pixels_of(view);
+    buffers.resolution = {view.width_px, view.height_px};
+    buffers.lm_from_px_origin = fitted.lm_from_px_origin;
+    buffers.lm_from_px_scale = fitted.lm_from_px_scale;
+    buffers.znear = fitted.znear;
+    buffers.zfar = fitted.zfar;
+    const auto far_where_empty = [&](std::vector<float> plane) {
+      for (float& z : plane)
+        if (z >= HS_EMPTY_Z) z = static_cast<float>(fitted.zfar);
+      return plane;
+    };
+    buffers.planes.push_back({"shadow_map.Z", far_where_empty(read<float>(queue, s.shadow_map.get(), texels))});
+    if (State::has_fins(*s.rendered, s.scene.lights[light])) {
+      // Tiles without fins are not written by the kernels.
+      std::vector<float> z = read<float>(queue, s.fin_depth.get(), texels), alpha = read<float>(queue, s.fin_alpha.get(), texels);
+      const std::vector<cl_uint> offsets = read<cl_uint>(queue, s.feature_bins.offsets.get(), tiles_of(view) + 1);
+      for (std::size_t i = 0; i < texels; ++i) {
+        const std::size_t tile = i / view.width_px / s.device->tile_px * view.tiles_x + i % view.width_px / s.device->tile_px;
+        if (offsets[tile] == offsets[tile + 1]) {
+          z[i] = HS_EMPTY_Z;
+          alpha[i] = 1.0f;
+        }
+      }
+      buffers.planes.push_back({"fin.Z", far_where_empty(std::move(z))});
+      buffers.planes.push_back({"fin.A", std::move(alpha)});
+    }
+    return buffers;
+  });
+}
+
+std::vector<StageTime> Renderer::stage_times() {
+  return guarded("stage_times", [&] {
+    std::vector<StageTime> times;
+    for (const auto& [stage, event] : state_->timed) {
+      event.wait();
+      const double ns = static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                            event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+      times.push_back({stage, ns * 1e-6});
+    }
+    return times;
+  });
+}
+
+FrameStats Renderer::stats() {
+  State& s = *state_;
+  return guarded("stats", [&] {
+    FrameStats stats;
+    stats.triangles = s.resident.triangle_count;
+    stats.vertices = s.resident.vertex_count;
+    stats.edges = s.resident.edge_count;
+    if (!s.rendered) return stats;
+    const auto counters = read<LightCounters>(s.device->cl_queue, s.counters.get(), s.scene.lights.size());
+    for (std::size_t i = 0; i < counters.size(); ++i)
+      stats.lights.push_back({s.scene.lights[i].name,
+                              counters[i].status.silhouette_count,
+                              counters[i].status.feature_count,
+                              counters[i].feature_refs,
+                              counters[i].triangle_refs,
+                              {s.light_views[i].view.width_px, s.light_views[i].view.height_px},
+                              s.light_views[i].casters.empty()});
+    return stats;
+  });
+}
+
+}  // namespace halfshade

@@ -1,0 +1,128 @@
+// Tile binning for everything that is rasterized: count, scan, fill, with the true sizes.
+// Counting is done by the kernel that makes the primitives (bound_triangles here, build_features in features.cl).
+
+// Clips a triangle against the near plane and the guard band, before the divide (Sutherland & Hodgman), into fixed-point
+// vertices of a convex polygon. Returns their number, 0 or 3 .. HS_CLIP_VERTICES.
+// A cut point is computed from the inside vertex to the outside one, whichever triangle asks, so that neighbours agree about it.
+#define HS_CLIP_VERTICES 8
+inline int clip_triangle(const HsView view, float3 a, float3 b, float3 c, int4* polygon) {
+  float3 in[HS_CLIP_VERTICES], out[HS_CLIP_VERTICES];  // X, Y, W: texels from the middle, times W = z
+  const float3 corners[3] = {a, b, c};
+  int count = 3;
+  for (int i = 0; i < 3; ++i)
+    in[i] = (float3)(corners[i].x * view.px_from_q.x + corners[i].z * (view.px_from_q.y - (float)view.mid_x_px),
+                     corners[i].y * view.px_from_q.z + corners[i].z * (view.px_from_q.w - (float)view.mid_y_px), corners[i].z);
+  for (int plane = 0; plane < 5 && count > 0; ++plane) {
+    int kept = 0;
+    for (int i = 0; i < count; ++i) {
+      const float3 p = in[i], q = in[i + 1 < count ? i + 1 : 0];
+      const float guard = (float)HS_GUARD_PX;
+      const float fp = plane == 0   ? p.z - view.znear
+                       : plane == 1 ? guard * p.z - p.x
+                       : plane == 2 ? guard * p.z + p.x
+                       : plane == 3 ? guard * p.z - p.y
+                                    : guard * p.z + p.y;
+      const float fq = plane == 0   ? q.z - view.znear
+                       : plane == 1 ? guard * q.z - q.x
+                       : plane == 2 ? guard * q.z + q.x
+                       : plane == 3 ? guard * q.z - q.y
+                                    : guard * q.z + q.y;
+      if (fp >= 0.0f && kept < HS_CLIP_VERTICES) out[kept++] = p;
+      if ((fp >= 0.0f) != (fq >= 0.0f) && kept < HS_CLIP_VERTICES)
+        out[kept++] = fp >= 0.0f ? p + (fp / (fp - fq)) * (q - p) : q + (fq / (fq - fp)) * (p - q);
+    }
+    for (int i = 0; i < kept; ++i) in[i] = out[i];
+    count = kept;
+  }
+  for (int i = 0; i < count; ++i) {
+    const float d = 1.0f / fmax(in[i].z, view.znear);
+    const float2 from_mid = clamp(in[i].xy * d, -(float)HS_GUARD_PX, (float)HS_GUARD_PX);
+    polygon[i] = (int4)(convert_int2_rte(from_mid * (float)HS_SUBPIXEL), as_int(d), 0);
+  }
+  return count;
+}
+
+// First texel whose centre is at or after a fixed-point coordinate, and last whose centre is at or before it.
+inline int first_texel(int fixed_px, uint mid_px) {
+  return ((fixed_px + HS_SUBPIXEL / 2 - 1) >> HS_SUBPIXEL_BITS) + (int)mid_px;
+}
+inline int last_texel(int fixed_px, uint mid_px) { return ((fixed_px - HS_SUBPIXEL / 2) >> HS_SUBPIXEL_BITS) + (int)mid_px; }
+
+// The tiles a triangle may touch; none if it covers no texel centre, has no area or a vertex that is not finite.
+inline ushort4 triangle_rect(const HsView view, uint3 corner, __global const float4* vertices_vs,
+                             __global const int4* vertices_px, __global HsStatus* status) {
+  const int4 a = vertices_px[corner.x], b = vertices_px[corner.y], c = vertices_px[corner.z];
+  const uint flags = as_uint(a.w | b.w | c.w);
+  int2 low, high;
+  if (flags == 0) {
+    low = min(a.xy, min(b.xy, c.xy));
+    high = max(a.xy, max(b.xy, c.xy));
+  } else {
+    if (flags & HS_VERTEX_INVALID) {
+      atomic_inc(&status->dropped_triangle_count);
+      return (ushort4)(0);
+    }
+    int4 polygon[HS_CLIP_VERTICES];
+    const int count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
+    if (count < 3) return (ushort4)(0);
+    low = high = polygon[0].xy;
+    for (int i = 1; i < count; ++i) {
+      low = min(low, polygon[i].xy);
+      high = max(high, polygon[i].xy);
+    }
+  }
+  return rect_of_texels(view, first_texel(low.x, view.mid_x_px), first_texel(low.y, view.mid_y_px),
+                        last_texel(high.x, view.mid_x_px), last_texel(high.y, view.mid_y_px));
+}
+
+// rects: ushort4 a launched triangle (slot = group * HS_BLOCK_SIZE + local id). tile_counts must be 0.
+__kernel void bound_triangles(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+                              __global const float4* vertices_vs, __global const int4* vertices_px, __global ushort4* rects,
+                              __global uint* tile_counts, __global HsStatus* status) {
+  const HsBlock block = blocks[get_group_id(0)];
+  ushort4 rect = (ushort4)(0);
+  if (get_local_id(0) < block.count) {
+    rect = triangle_rect(view, vload3(block.first + get_local_id(0), triangles), vertices_vs, vertices_px, status);
+    count_rect(rect, view.tiles_x, tile_counts);
+  }
+  rects[get_global_id(0)] = rect;
+}
+
+// Counts to offsets: offsets[t] = sum of counts before t, offsets[tile_count] = total; counts become the fill's cursors.
+// One work-group; each work-item sums a run of tiles, the first one scans the runs.
+#define HS_SCAN_ITEMS 64
+__kernel __attribute__((reqd_work_group_size(HS_SCAN_ITEMS, 1, 1))) void scan_tiles(const uint tile_count,
+                                                                                    __global uint* counts,
+                                                                                    __global uint* offsets) {
+  __local uint run_totals[HS_SCAN_ITEMS];
+  const uint run = (tile_count + HS_SCAN_ITEMS - 1) / HS_SCAN_ITEMS;
+  const uint begin = min(run * (uint)get_local_id(0), tile_count), end = min(begin + run, tile_count);
+  uint total = 0;
+  for (uint t = begin; t < end; ++t) total += counts[t];
+  run_totals[get_local_id(0)] = total;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint before = 0;
+  for (uint i = 0; i < get_local_id(0); ++i) before += run_totals[i];
+  for (uint t = begin; t < end; ++t) {
+    const uint count = counts[t];
+    offsets[t] = before;
+    counts[t] = before;
+    before += count;
+  }
+  if (get_local_id(0) == HS_SCAN_ITEMS - 1) offsets[tile_count] = before;
+}
+
+// refs: triangle indices, tile by tile.
+__kernel void fill_triangles(const HsView view, __global const HsBlock* blocks, __global const ushort4* rects,
+                             __global uint* tile_cursors, __global uint* refs, const uint capacity) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count)
+    fill_rect(rects[get_global_id(0)], view.tiles_x, block.first + get_local_id(0), tile_cursors, refs, capacity);
+}
+
+// refs: feature indices, tile by tile. Any number of work-items.
+__kernel void fill_features(const HsView view, __global const HsStatus* status, __global const ushort4* rects,
+                            __global uint* tile_cursors, __global uint* refs, const uint capacity) {
+  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
+    fill_rect(rects[i], view.tiles_x, i, tile_cursors, refs, capacity);
+}

@@ -1,0 +1,109 @@
+// What all kernels share: the wide types, and the geometry of a view.
+//
+// HS_TILE     texels a side of a tile
+// HS_LANES    16 on CPU devices: one work-item owns a tile and walks its rows sixteen texels at a time
+//              1 on GPU devices: a work-group of HS_TILE x HS_TILE work-items owns a tile, one texel each
+// Both are the only build options; everything else is an argument.
+
+// Facing, coverage and crossings are decided by signs: a*b - b*a must be 0. PoCL contracts unless told not to.
+#pragma OPENCL FP_CONTRACT OFF
+
+#if HS_LANES == 16
+typedef float16 vfloat;
+typedef int16 vint;
+#define HS_TILE_ITEMS 1
+// One padded row of a tile in private memory: a 16-wide access may begin at any texel of the row.
+#define HS_ROW (HS_TILE + 16)
+#define HS_TILE_STORAGE (HS_TILE * HS_ROW)
+#define v_iota ((vint)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#define v_load(p) vload16(0, p)
+#define v_store(v, p) vstore16(v, 0, p)
+#define v_float convert_float16
+#define v_int convert_int16
+#define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
+inline bool v_any(int16 m) {
+  const int8 a = m.lo | m.hi;
+  const int4 b = a.lo | a.hi;
+  const int2 c = b.lo | b.hi;
+  return (c.x | c.y) != 0;
+}
+inline float16 v_gather(__global const float* p, int16 i) {
+  return (float16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
+                   p[i.sc], p[i.sd], p[i.se], p[i.sf]);
+}
+inline int v_min(int16 v) {
+  const int8 a = min(v.lo, v.hi);
+  const int4 b = min(a.lo, a.hi);
+  const int2 c = min(b.lo, b.hi);
+  return min(c.x, c.y);
+}
+// Visits the texels x0..x1, y0..y1 of a tile: x is the first of 16 texels in row y, and may reach past x1 (mask or ignore).
+#define HS_FOR_TEXELS(x, y, x0, y0, x1, y1) \
+  for (int y = (y0); y <= (y1); ++y)        \
+    for (int x = (x0); x <= (x1); x += 16)
+#define HS_SLOT(x, y) ((y) * HS_ROW + (x))
+#else
+typedef float vfloat;
+typedef int vint;
+#define HS_TILE_ITEMS (HS_TILE * HS_TILE)
+#define HS_TILE_STORAGE 1
+#define v_iota 0
+#define v_load(p) (*(p))
+#define v_store(v, p) (*(p) = (v))
+#define v_float (float)
+#define v_int (int)
+#define v_select(if_false, if_true, mask) ((mask) ? (if_true) : (if_false))
+#define v_any(m) ((m) != 0)
+#define v_gather(p, i) ((p)[i])
+#define v_min(v) (v)
+#define HS_FOR_TEXELS(x, y, x0, y0, x1, y1)                                                                            \
+  for (int y = (int)get_local_id(0) / HS_TILE, x = (int)get_local_id(0) % HS_TILE,                                     \
+           hs_once = (x >= (x0) && x <= (x1) && y >= (y0) && y <= (y1));                                               \
+       hs_once; hs_once = 0)
+#define HS_SLOT(x, y) 0
+#endif
+
+// The tile of the calling work-group, and its first texel.
+inline int2 tile_origin_px(const HsView view) {
+  const uint tile = get_group_id(0);
+  return (int2)(tile % view.tiles_x, tile / view.tiles_x) * HS_TILE;
+}
+
+// A list of things that touch each tile: the references of tile t are refs[offsets[t] .. offsets[t+1]).
+// Where the total is more than the buffer holds, refs is unusable and the tile goes through all rects instead: slow, but whole.
+inline bool bins_overflow(__global const uint* offsets, uint tile_count, uint capacity) { return offsets[tile_count] > capacity; }
+
+// The tiles a primitive may touch: x0, y0 inclusive, x1, y1 exclusive; all 0 for none.
+inline bool rect_has(ushort4 rect, uint tile, uint tiles_x) {
+  const uint x = tile % tiles_x, y = tile / tiles_x;
+  return x >= rect.x && x < rect.z && y >= rect.y && y < rect.w;
+}
+
+// A rectangle in texels, inclusive, to tiles. Empty where it misses the map.
+inline ushort4 rect_of_texels(const HsView view, int x0, int y0, int x1, int y1) {
+  x0 = max(x0, 0);
+  y0 = max(y0, 0);
+  x1 = min(x1, (int)view.width_px - 1);
+  y1 = min(y1, (int)view.height_px - 1);
+  if (x0 > x1 || y0 > y1) return (ushort4)(0);
+  return convert_ushort4((int4)(x0 / HS_TILE, y0 / HS_TILE, x1 / HS_TILE + 1, y1 / HS_TILE + 1));
+}
+
+inline void count_rect(ushort4 rect, uint tiles_x, __global uint* tile_counts) {
+  for (uint y = rect.y; y < rect.w; ++y)
+    for (uint x = rect.x; x < rect.z; ++x) atomic_inc(&tile_counts[y * tiles_x + x]);
+}
+
+inline void fill_rect(ushort4 rect, uint tiles_x, uint id, __global uint* tile_cursors, __global uint* refs, uint capacity) {
+  for (uint y = rect.y; y < rect.w; ++y)
+    for (uint x = rect.x; x < rect.z; ++x) {
+      const uint slot = atomic_inc(&tile_cursors[y * tiles_x + x]);
+      if (slot < capacity) refs[slot] = id;
+    }
+}
+
+// View space to texels: (px, py, 1/z). Only for z >= znear.
+inline float3 project_px(const HsView view, float3 p) {
+  const float d = 1.0f / p.z;
+  return (float3)(p.x * d * view.px_from_q.x + view.px_from_q.y, p.y * d * view.px_from_q.z + view.px_from_q.w, d);
+}

@@ -1,0 +1,58 @@
+// What each face is to a view: which side it turns to a light, and its normal on the side that the camera sees.
+
+// Orders three points so that the result of a computation on them does not depend on where the file begins the triangle.
+// Returns true if the order was odd (the winding is reversed).
+inline bool sort_corners(float3* a, float3* b, float3* c) {
+#define HS_LESS(p, q) ((p).x < (q).x || ((p).x == (q).x && ((p).y < (q).y || ((p).y == (q).y && (p).z < (q).z))))
+  bool odd = false;
+  float3 t;
+  if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+  if (HS_LESS(*c, *b)) {
+    t = *b; *b = *c; *c = t; odd = !odd;
+    if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+  }
+#undef HS_LESS
+  return odd;
+}
+
+// Normal (not unit) of a triangle, from the corners' differences: exact enough far from the origin.
+inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
+  const bool odd = sort_corners(&a, &b, &c);
+  const float3 n = cross(b - a, c - a);
+  *anchor = a;
+  return odd ? -n : n;
+}
+
+// sides: uchar a triangle, 1 where n_f . (light - a_f) >= 0. Decided here, once, and read by every edge: whatever rounding does to
+// a face seen edge-on, silhouettes form closed loops.
+__kernel void orient_faces(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
+                           __global uchar* sides) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count) {
+    const uint triangle = block.first + get_local_id(0);
+    const uint3 corner = vload3(triangle, triangles);
+    float3 anchor;
+    const float3 n = face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor);
+    sides[triangle] = dot(n, anchor) <= 0.0f;
+  }
+}
+
+// normals: float4 a triangle: unit geometric normal in world space on the side that the camera sees (0 for a face without area);
+// w = 1 where the mesh receives shadows.
+__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+                           __global const float4* vertices_vs, __global const float4* materials, __global float4* normals) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count) {
+    const uint triangle = block.first + get_local_id(0);
+    const uint3 corner = vload3(triangle, triangles);
+    float3 anchor;
+    float3 n = face_normal(vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, &anchor);
+    const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
+    if (largest > 0.0f) {
+      n /= largest;  // keeps the square of a tiny face's normal from underflowing
+      n *= (dot(n, anchor) > 0.0f ? -1.0f : 1.0f) / sqrt(dot(n, n));
+    }
+    const float3 n_ws = n.x * view.world_from_view_x.xyz + n.y * view.world_from_view_y.xyz + n.z * view.world_from_view_z.xyz;
+    normals[triangle] = (float4)(n_ws, materials[block.mesh].w);
+  }
+}

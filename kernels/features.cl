@@ -1,0 +1,162 @@
+// Silhouette edges to fin geometry in the light map: one quad an edge, sectors at the corners.
+// Chan & Durand 2003 §3 step 3; Cai et al. 2006 §3.1. All fin methods share it.
+
+// How far from the feature's edge, in texels, a smoothie can still shadow the farthest receiver: where alpha' of Eq. 1 reaches 1.
+inline float smoothie_reach_px(const HsFinShape shape, float d, float d_far) {
+  const float beyond = fmax(d - d_far, 0.0f);
+  return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
+}
+
+inline ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
+  // Texel centres lie at +0.5; a texel of slack absorbs the rounding of coordinates far outside the map.
+  const float2 limit = (float2)(view.width_px + 2, view.height_px + 2);
+  const int2 first = convert_int2_rtn(clamp(low - 1.0f, (float2)(-2.0f), limit));
+  const int2 last = convert_int2_rtn(clamp(high + 1.0f, (float2)(-2.0f), limit));
+  return rect_of_texels(view, first.x, first.y, last.x, last.y);
+}
+
+inline void emit(const HsView view, HsFeature feature, ushort4 rect, __global HsFeature* features, __global ushort4* rects,
+                 __global uint* tile_counts, __global HsStatus* status) {
+  const bool reaches = rect.x < rect.z;
+  if (reaches) {
+    const uint i = atomic_inc(&status->feature_count);
+    features[i] = feature;
+    rects[i] = rect;
+    count_rect(rect, view.tiles_x, tile_counts);
+  }
+}
+
+inline void emit_corner(const HsView view, const HsFinShape shape, float3 apex, float2 h0, float2 h1, __global HsFeature* features,
+                        __global ushort4* rects, __global uint* tile_counts, __global HsStatus* status) {
+  const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, HS_FEATURE_CORNER};
+  const float reach = smoothie_reach_px(shape, apex.z, view.d_far);
+  emit(view, corner, rect_of_points(view, apex.xy - reach, apex.xy + reach), features, rects, tile_counts, status);
+}
+
+// A vertex in texels, where the rasterizer drew it: fins begin exactly where coverage ends.
+inline float3 drawn_px(const HsView view, float3 p_ls, int4 vertex_px) {
+  if (vertex_px.w != 0) return project_px(view, p_ls);
+  return (float3)(convert_float2(vertex_px.xy) * (1.0f / HS_SUBPIXEL) + (float2)(view.mid_x_px, view.mid_y_px), as_float(vertex_px.z));
+}
+
+// A silhouette edge at a vertex, in texels: the unit direction that leads into the vertex along it, and the outward unit normal.
+typedef struct {
+  float2 into, outward;
+} EdgeAtVertex;
+
+inline EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, int multiplicity,
+                                   __global const float4* vertices_ls, __global const int4* vertices_px, float3 apex_px) {
+  // The other end may lie before the near plane: the direction comes from a point of the edge that does not.
+  const uint other = ends.x == vertex ? ends.y : ends.x;
+  const float3 v = vertices_ls[vertex].xyz;
+  float3 o = vertices_ls[other].xyz;
+  if (o.z < view.znear) o = v + (v.z - view.znear) / (v.z - o.z) * (o - v);
+  o.z = fmax(o.z, view.znear);
+  EdgeAtVertex e;
+  const float2 along = apex_px.xy - drawn_px(view, o, vertices_px[other]).xy;
+  const float length_px = sqrt(dot(along, along));
+  e.into = length_px > 0.0f ? along / length_px : (float2)(0.0f);
+  // The stored direction ends.x -> ends.y has the surface to its right where m > 0 (q space, y up): outward is left.
+  const bool outward_left = (multiplicity > 0) == (ends.y == vertex);
+  e.outward = outward_left ? (float2)(e.into.y, -e.into.x) : (float2)(-e.into.y, e.into.x);
+  return e;
+}
+
+// The half-plane through the apex, bounded by `edge`, that holds `inside`: its inner normal.
+inline float2 half_plane(float2 edge, float2 inside) {
+  const float2 normal = (float2)(-edge.y, edge.x);
+  return dot(normal, inside) >= 0.0f ? normal : -normal;
+}
+
+// One corner: called by the first silhouette edge of the vertex, so that each vertex is done once.
+inline void build_corner(const HsView view, const HsFinShape shape, uint vertex, uint owner, __global const uint2* edges,
+                         __global const uint* edge_face_offsets, __global const uint* edge_faces, __global const uint* triangles,
+                         __global const uint* vertex_edge_offsets, __global const uint* vertex_edges,
+                         __global const char* multiplicities, __global const float4* vertices_ls, __global const int4* vertices_px,
+                         __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
+                         __global HsStatus* status) {
+  const float3 v = vertices_ls[vertex].xyz;
+  if (!(v.z >= view.znear)) return;
+  const uint begin = vertex_edge_offsets[vertex], end = vertex_edge_offsets[vertex + 1];
+  uint count = 0, second = owner;
+  for (uint i = begin; i < end; ++i) {
+    const uint edge = vertex_edges[i];
+    if (multiplicities[edge] == 0) continue;
+    if (edge < owner) return;
+    if (edge != owner && count == 1) second = edge;
+    ++count;
+  }
+  const float3 apex = drawn_px(view, v, vertices_px[vertex]);
+  if (count == 2) {
+    // Beyond both edges' ends: the region whose nearest silhouette point is the vertex. Outer where the outward normals diverge.
+    const EdgeAtVertex e0 = edge_at_vertex(view, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
+    const EdgeAtVertex e1 = edge_at_vertex(view, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
+    if (dot(e0.outward + e1.outward, e0.into + e1.into) > 0.0f)
+      emit_corner(view, shape, apex, e0.into, e1.into, features, rects, tile_counts, status);
+  } else if (count > 2) {
+    // "We average the adjacent face normals to obtain a shared vertex normal n [...] Then we draw triangles that connect n with
+    // each of the adjacent smoothie edges" (Chan & Durand §3). As it turns with the point on the surface, q = p.xy/p.z moves along
+    // (n.x - q.x n.z, n.y - q.y n.z).
+    float3 normal = (float3)(0.0f);
+    for (uint i = begin; i < end; ++i) {
+      const uint edge = vertex_edges[i];
+      for (uint k = edge_face_offsets[edge]; k < edge_face_offsets[edge + 1]; ++k) {
+        const uint3 corner = vload3(edge_faces[k] >> 1, triangles);
+        float3 anchor;
+        const float3 n = face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor);
+        const float n_length = sqrt(dot(n, n));
+        if (n_length > 0.0f) normal += n / n_length;
+      }
+    }
+    const float2 moved = normal.xy - v.xy * (normal.z / v.z);
+    const float2 shared = (float2)(moved.x, -moved.y);  // texel rows count downwards
+    const float shared_length = sqrt(dot(shared, shared));
+    for (uint i = begin; i < end; ++i) {
+      const uint edge = vertex_edges[i];
+      if (multiplicities[edge] == 0) continue;
+      const EdgeAtVertex e = edge_at_vertex(view, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
+      // Where the normals cancel out there is no shared direction: a quarter disc closes each fin.
+      const float2 to = shared_length > 1e-6f ? shared / shared_length : e.into;
+      emit_corner(view, shape, apex, half_plane(e.outward, to), half_plane(to, e.outward), features, rects, tile_counts, status);
+    }
+  }
+}
+
+// features, rects: one a feature, in no particular order; tile_counts must be 0. Any number of work-items.
+__kernel void build_features(const HsView view, const HsFinShape shape, __global const uint* silhouettes,
+                             __global const uint2* edges, __global const uint* edge_face_offsets, __global const uint* edge_faces,
+                             __global const uint* triangles, __global const uint* vertex_edge_offsets,
+                             __global const uint* vertex_edges, __global const char* multiplicities,
+                             __global const float4* vertices_ls, __global const int4* vertices_px,
+                             __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
+                             __global HsStatus* status) {
+  for (uint i = get_global_id(0); i < status->silhouette_count; i += get_global_size(0)) {
+    const uint edge = silhouettes[i];
+    const uint2 ends = edges[edge];
+    for (int end = 0; end < 2; ++end)
+      build_corner(view, shape, end == 0 ? ends.x : ends.y, edge, edges, edge_face_offsets, edge_faces, triangles,
+                   vertex_edge_offsets, vertex_edges, multiplicities, vertices_ls, vertices_px, features, rects, tile_counts, status);
+
+    float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
+    if (!(fmax(a.z, b.z) > view.znear)) continue;
+    if (a.z < view.znear) a = b + (b.z - view.znear) / (b.z - a.z) * (a - b);
+    if (b.z < view.znear) b = a + (a.z - view.znear) / (a.z - b.z) * (b - a);
+    a.z = fmax(a.z, view.znear);
+    b.z = fmax(b.z, view.znear);
+    float3 from = drawn_px(view, a, vertices_px[ends.x]), to = drawn_px(view, b, vertices_px[ends.y]);
+    if (multiplicities[edge] < 0) {
+      const float3 swap = from;
+      from = to;
+      to = swap;
+    }
+    const float2 along = to.xy - from.xy;
+    const float length_px = sqrt(dot(along, along));
+    if (!(length_px > 0.0f)) continue;  // seen end-on: the corners at its ends meet
+    const float2 outward = (float2)(along.y, -along.x) / length_px;
+    const float2 a_out = from.xy + outward * smoothie_reach_px(shape, from.z, view.d_far);
+    const float2 b_out = to.xy + outward * smoothie_reach_px(shape, to.z, view.d_far);
+    const HsFeature quad = {from.x, from.y, from.z, to.x, to.y, to.z, 0.0f, HS_FEATURE_EDGE};
+    emit(view, quad, rect_of_points(view, fmin(fmin(from.xy, to.xy), fmin(a_out, b_out)), fmax(fmax(from.xy, to.xy), fmax(a_out, b_out))),
+         features, rects, tile_counts, status);
+  }
+}

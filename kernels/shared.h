@@ -1,0 +1,111 @@
+// Everything that host and kernels must agree on, written once: constants, structs, and the meaning of packed values.
+// 32-bit scalars and 16-byte vectors only, so that the layout is the same everywhere; the host asserts it, a test asks the device.
+#ifndef HS_SHARED_H
+#define HS_SHARED_H
+
+#ifdef __OPENCL_VERSION__
+typedef float4 hs_float4;
+typedef uint hs_uint;
+typedef int hs_int;
+#else
+typedef cl_float4 hs_float4;
+typedef cl_uint hs_uint;
+typedef cl_int hs_int;
+#endif
+
+// Vertices, triangles and edges are launched in blocks: one work-group a block, one work-item an element.
+#define HS_BLOCK_SIZE 256
+
+// Screen positions are fixed point, 24.8: 8 bits below the pixel, relative to the middle of the map. Maps have at most
+// HS_MAX_RESOLUTION pixels a side and vertices at most HS_GUARD_PX from the middle (triangles beyond are clipped), so that
+// |coordinate| <= 2^22 and an edge function's step over a tile stays within 32 bits (raster.cl).
+#define HS_SUBPIXEL_BITS 8
+#define HS_SUBPIXEL (1 << HS_SUBPIXEL_BITS)
+#define HS_MAX_RESOLUTION 16384
+#define HS_GUARD_PX 16384
+
+// What an empty texel of a shadow map holds: beyond every receiver.
+#define HS_EMPTY_Z 1e30f
+
+// A run of consecutive elements that belong to one mesh of the scene.
+typedef struct {
+  hs_uint first;  // element in the scene-wide array
+  hs_uint count;  // 1 .. HS_BLOCK_SIZE
+  hs_uint mesh;   // index of the scene's mesh
+  hs_uint padding;
+} HsBlock;
+
+// Rows of view_from_mesh (3x4). The view is the camera's or a light's.
+typedef struct {
+  hs_float4 row_x, row_y, row_z;
+} HsTransform;
+
+// A perspective view, camera or light, and the grid it is rasterized on. Pixel rows count downwards, view-space y upwards.
+typedef struct {
+  hs_float4 px_from_q;  // px = q.x * .x + .y,  py = q.y * .z + .w  with q = (x/z, y/z); .z < 0
+  hs_float4 world_from_view_x, world_from_view_y, world_from_view_z;  // columns of the rotation, for normals
+  float znear;                                                       // clip distance, > 0
+  float d_far;                                                       // 1 / far distance
+  hs_uint width_px, height_px;
+  hs_uint tiles_x, tiles_y;
+  hs_uint mid_x_px, mid_y_px;  // origin of the fixed-point coordinates
+} HsView;
+
+// Flags of a transformed vertex.
+#define HS_VERTEX_NEEDS_CLIP 1u  // before the near plane or outside the guard band
+#define HS_VERTEX_INVALID 2u     // not finite: its triangles are dropped
+
+// A silhouette edge's quad or a corner's sector, in the light map's texels (y down).
+//   edge:   from a to b; the outward normal is (t.y, -t.x) with t = (b - a)/|b - a|
+//   corner: about a; covers r = p - a with r.h0 >= 0 and r.h1 >= 0, h0 = (b.x, b.y), h1 = (b.d, c)
+// d is 1/z, linear along a projected edge.
+typedef struct {
+  float ax, ay, ad;
+  float bx, by, bd;
+  float c;
+  hs_uint kind;
+} HsFeature;
+#define HS_FEATURE_EDGE 0u
+#define HS_FEATURE_CORNER 1u
+
+// How wide a smoothie is, in texels: R/Lb (auto: radius_px > 0) or the fixed t (width_px > 0).
+typedef struct {
+  float radius_px;  // light radius R in light map texels at unit distance
+  float width_px;   // 0 where the width follows from the radius
+  float padding0, padding1;
+} HsFinShape;
+
+// From where in the penumbra to visibility; the values of Falloff in halfshade.hpp.
+#define HS_FALLOFF_LINEAR 0u
+#define HS_FALLOFF_BERNSTEIN 1u
+#define HS_FALLOFF_SINE 2u
+#define HS_FALLOFF_DISC 3u
+
+// Counters of one light's frame. Zeroed before it; kernels add, the host reads after the frame if it likes.
+typedef struct {
+  hs_uint silhouette_count;
+  hs_uint feature_count;
+  hs_uint dropped_triangle_count;  // not finite
+  hs_uint padding;
+} HsStatus;
+
+// Camera pixel to light space: p_ls = z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for pixel (px, py) with view depth z_vs, or
+// p_ls = rows . (position_ws, 1) where the G-buffer holds positions. Normals: n_ls = columns of light_from_world.
+typedef struct {
+  hs_float4 ray0, ray_dx, ray_dy, origin;
+  hs_float4 from_world_x, from_world_y, from_world_z;  // rows of light_from_world
+  hs_uint width_px, height_px;                         // of the G-buffer
+  hs_uint has_depth;                                   // 1: depth plane, 0: position plane
+  float tan_half_cone;
+} HsReceiverView;
+
+// One light as shading sees it.
+typedef struct {
+  hs_float4 position_ws;  // relative to the camera
+  hs_float4 color;        // colour times intensity
+  hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
+  float tan_half_cone;
+  float padding0, padding1, padding2;
+} HsShadeLight;
+
+#endif

@@ -1,0 +1,312 @@
+// Visibility: G-buffer pixel -> light map -> lookups -> fraction of the light seen.
+// On CPU devices a work-item answers HS_LANES pixels at a time along HS_STRIP rows; on GPU devices it is one pixel.
+
+#if HS_LANES == 16
+#define HS_STRIP 16
+#else
+#define HS_STRIP 1
+#endif
+
+// What HS_LANES pixels are to a light.
+typedef struct {
+  vint decided;       // visibility needs no look-up and is `visibility`
+  vfloat visibility;  // of decided pixels
+  vfloat u, v;        // light map position in texels, texel centres at integers
+  vfloat z;           // light-space depth
+  // The receiver's plane in the light map: 1/z at texel (x, y) is plane_d + plane_dx (x - u) + plane_dy (y - v).
+  vfloat plane_d, plane_dx, plane_dy;
+} Receiver;
+
+// Loads a plane's HS_LANES values from pixel `first`, repeating the last of `valid`.
+inline vfloat load_lanes(__global const float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid >= 16) return vload16(0, plane + first);
+  float lanes[16];
+  for (int i = 0; i < 16; ++i) lanes[i] = plane[first + min(i, valid - 1)];
+  return vload16(0, lanes);
+#else
+  return plane[first];
+#endif
+}
+
+// Loads four interleaved channels of HS_LANES pixels.
+inline void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
+#if HS_LANES == 16
+  if (valid >= 16) {
+    __global const float* p = (__global const float*)(plane + first);
+    const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
+    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
+    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
+    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
+    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+    return;
+  }
+  float lanes[4][16];
+  for (int i = 0; i < 16; ++i) {
+    const float4 value = plane[first + min(i, valid - 1)];
+    lanes[0][i] = value.x;
+    lanes[1][i] = value.y;
+    lanes[2][i] = value.z;
+    lanes[3][i] = value.w;
+  }
+  *x = vload16(0, lanes[0]);
+  *y = vload16(0, lanes[1]);
+  *z = vload16(0, lanes[2]);
+  *w = vload16(0, lanes[3]);
+#else
+  const float4 value = plane[first];
+  *x = value.x;
+  *y = value.y;
+  *z = value.z;
+  *w = value.w;
+#endif
+}
+
+// Where the receivers at pixels (px .., py) stand in the light.
+//   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1
+//   turned away from the light: visibility 0
+//   outside the light map, which covers all that casts: visibility 1
+inline Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid, __global const float* depth_or_position,
+                       __global const float4* normal) {
+  const size_t first = (size_t)py * view.width_px + px;
+  vfloat x, y, z, nx_ws, ny_ws, nz_ws, receives;
+  vint seen;
+  if (view.has_depth) {
+    const vfloat z_vs = load_lanes(depth_or_position, first, valid);
+    const vfloat pixel_x = v_float(px + v_iota);
+    const float pixel_y = (float)py;
+    seen = (z_vs > 0.0f) & (z_vs < HS_EMPTY_Z);
+    x = z_vs * (view.ray0.x + pixel_x * view.ray_dx.x + pixel_y * view.ray_dy.x) + view.origin.x;
+    y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
+    z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
+  } else {
+    vfloat px_ws, py_ws, pz_ws, w;
+    load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &w);
+    seen = w > 0.0f;
+    x = px_ws * view.from_world_x.x + py_ws * view.from_world_x.y + pz_ws * view.from_world_x.z + view.from_world_x.w;
+    y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
+    z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
+  }
+  load_lanes4(normal, first, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
+  const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
+  const vfloat ny = nx_ws * view.from_world_y.x + ny_ws * view.from_world_y.y + nz_ws * view.from_world_y.z;
+  const vfloat nz = nx_ws * view.from_world_z.x + ny_ws * view.from_world_z.y + nz_ws * view.from_world_z.z;
+
+  Receiver r;
+  const vfloat safe_z = fmax(z, 1e-20f);
+  const vfloat d = 1.0f / safe_z;
+  const vfloat qx = x * d, qy = y * d;
+  r.z = z;
+  r.u = qx * light.px_from_q.x + (light.px_from_q.y - 0.5f);
+  r.v = qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
+  const vfloat facing = -(nx * x + ny * y + nz * z);  // n . (light - p)
+  const vint in_cone = seen & (receives > 0.0f) & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
+  const vint in_map =
+      (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
+  const vint away = in_cone & (facing <= 0.0f);
+  r.decided = !(in_cone & in_map) | away;
+  r.visibility = v_select((vfloat)(1.0f), (vfloat)(0.0f), away);
+
+  // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map.
+  const vfloat inverse = -1.0f / fmax(facing, 1e-30f);
+  r.plane_d = d;
+  r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);
+  r.plane_dy = ny * inverse * (1.0f / light.px_from_q.z);
+  return r;
+}
+
+// The automatic bias: a receiver is compared at the texel's centre with the depth of its own plane there, which is what the
+// map holds where the receiver lies in it. What remains is rounding (relative 2^-18, and the 1/256 texel grid that vertices are
+// snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is allowed. Near the terminator
+// the plane's slope is unbounded and its 1/z may pass 0: it stays within a factor of two of the receiver's own.
+inline vfloat plane_d_at(const Receiver* r, vfloat du, vfloat dv) {
+  const vfloat slack = 0.25f * (fabs(r->plane_dx) + fabs(r->plane_dy)) + r->plane_d * 4e-6f;
+  return clamp(r->plane_d + r->plane_dx * du + r->plane_dy * dv + slack, r->plane_d * 0.5f, r->plane_d * 2.0f);
+}
+
+// 1 where the receiver is lit according to a texel of the map: z <= z_map, as 1 <= z_map / z without a division.
+inline vfloat lit_at(const HsView light, __global const float* shadow_map, const Receiver* r, vint x, vint y) {
+  const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
+  return v_select((vfloat)(0.0f), (vfloat)(1.0f), z_map * plane_d_at(r, v_float(x) - r->u, v_float(y) - r->v) >= 1.0f);
+}
+
+inline vint column(const HsView light, vint x) { return clamp(x, (vint)(0), (vint)((int)light.width_px - 1)); }
+inline vint row(const HsView light, vint y) { return clamp(y, (vint)(0), (vint)((int)light.height_px - 1)); }
+
+inline vfloat lerp(vfloat a, vfloat b, vfloat t) { return a + (b - a) * t; }
+
+// sin(pi y) for |y| <= 1/2, to 1e-7: library functions are not vectorized on every device.
+inline vfloat sin_pi(vfloat y) {
+  const vfloat s = y * y;
+  return y * (3.14159265f - s * (5.16771278f - s * (2.55016404f - s * (0.59926453f - s * (0.08214589f - s * 0.00737043f)))));
+}
+
+// asin(u) for |u| <= 1, to 3e-8 (Abramowitz & Stegun 4.4.46).
+inline vfloat arc_sine(vfloat u) {
+  const vfloat x = fabs(u);
+  const vfloat p = 1.5707963050f +
+                   x * (-0.2145988016f +
+                        x * (0.0889789874f +
+                             x * (-0.0501743046f + x * (0.0308918810f + x * (-0.0170881256f + x * (0.0066700901f - x * 0.0012624911f))))));
+  return copysign(M_PI_2_F - sqrt(1.0f - x) * p, u);
+}
+
+// From where in the penumbra, 0..1, to visibility (Falloff in halfshade.hpp).
+inline vfloat falloff_of(vfloat x, uint falloff) {
+  if (falloff == HS_FALLOFF_BERNSTEIN) return x * x * (3.0f - 2.0f * x);
+  if (falloff == HS_FALLOFF_SINE) return clamp(0.5f + 0.5f * sin_pi(x - 0.5f), 0.0f, 1.0f);
+  if (falloff == HS_FALLOFF_DISC) {
+    const vfloat u = clamp(2.0f * x - 1.0f, -1.0f, 1.0f);
+    return clamp(0.5f + (arc_sine(u) + u * sqrt(1.0f - u * u)) * M_1_PI_F, 0.0f, 1.0f);
+  }
+  return x;
+}
+
+// hard: Williams 1978. The nearest texel decides.
+inline vfloat visibility_hard(const HsView light, const Receiver* r, __global const float* shadow_map) {
+  return lit_at(light, shadow_map, r, column(light, v_int(rint(r->u))), row(light, v_int(rint(r->v))));
+}
+
+// The four nearest texels (clamped to the map) and the bilinear weights of the second column and row.
+typedef struct {
+  vint x0, x1, y0, y1;
+  vfloat s, t;
+} Footprint;
+
+inline Footprint footprint(const HsView light, const Receiver* r) {
+  const vfloat u = floor(r->u), v = floor(r->v);
+  const Footprint f = {column(light, v_int(u)), column(light, v_int(u) + 1), row(light, v_int(v)), row(light, v_int(v) + 1),
+                       r->u - u, r->v - v};
+  return f;
+}
+
+inline vfloat bilinear(const Footprint* f, vfloat v00, vfloat v10, vfloat v01, vfloat v11) {
+  return lerp(lerp(v00, v10, f->s), lerp(v01, v11, f->s), f->t);
+}
+
+// pcf 2x2: Reeves et al. 1987. Comparisons at the four nearest texels, then bilinear.
+inline vfloat visibility_pcf2(const HsView light, const Receiver* r, __global const float* shadow_map) {
+  const Footprint f = footprint(light, r);
+  return bilinear(&f, lit_at(light, shadow_map, r, f.x0, f.y0), lit_at(light, shadow_map, r, f.x1, f.y0),
+                  lit_at(light, shadow_map, r, f.x0, f.y1), lit_at(light, shadow_map, r, f.x1, f.y1));
+}
+
+// Weight of tap 0..3 of the uniform cubic B-spline at t in 0..1 between taps 1 and 2.
+inline vfloat cubic_weight(int tap, vfloat t) {
+  const vfloat s = 1.0f - t;
+  if (tap == 0) return s * s * s * (1.0f / 6.0f);
+  if (tap == 1) return (4.0f - 6.0f * t * t + 3.0f * t * t * t) * (1.0f / 6.0f);
+  if (tap == 2) return (4.0f - 6.0f * s * s + 3.0f * s * s * s) * (1.0f / 6.0f);
+  return t * t * t * (1.0f / 6.0f);
+}
+
+// pcf 4x4: comparisons weighted by the uniform cubic B-spline.
+inline vfloat visibility_pcf4(const HsView light, const Receiver* r, __global const float* shadow_map) {
+  const vfloat u = floor(r->u), v = floor(r->v);
+  vfloat sum = (vfloat)(0.0f);
+  for (int j = 0; j < 4; ++j) {
+    vfloat along = (vfloat)(0.0f);
+    for (int i = 0; i < 4; ++i)
+      along += cubic_weight(i, r->u - u) * lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
+    sum += cubic_weight(j, r->v - v) * along;
+  }
+  return sum;
+}
+
+// Lanes whose 2x2 footprint can meet a fin. Fin buffers hold values in every tile that such a footprint can touch.
+inline vint near_fins(const HsView light, const Footprint* f, const Receiver* r, __global const uchar* tile_near_fins) {
+  const vint tx = f->x0 / HS_TILE, ty = f->y0 / HS_TILE;
+#if HS_LANES == 16
+  // Neighbouring pixels mostly share a tile or two: ask for the whole rectangle before asking for each lane.
+  const vint decided = r->decided;
+  const int first_x = v_min(v_select(tx, (vint)(INT_MAX), decided)), last_x = -v_min(v_select(-tx, (vint)(INT_MAX), decided));
+  const int first_y = v_min(v_select(ty, (vint)(INT_MAX), decided)), last_y = -v_min(v_select(-ty, (vint)(INT_MAX), decided));
+  bool any_near = false;
+  for (int y = first_y; y <= last_y; ++y)
+    for (int x = first_x; x <= last_x; ++x) any_near |= tile_near_fins[y * (int)light.tiles_x + x] != 0;
+  if (!any_near) return (vint)(0);
+  const vint tile = ty * (int)light.tiles_x + tx;
+  int lanes[16];
+  for (int k = 0; k < 16; ++k) lanes[k] = tile_near_fins[((const int*)&tile)[k]];
+  return (vload16(0, lanes) != 0) & !decided;
+#else
+  return tile_near_fins[ty * (int)light.tiles_x + tx] != 0;
+#endif
+}
+
+// smoothies: Chan & Durand 2003 §3 step 5. At each of the four nearest texels: behind the shadow map 0, else behind the smoothie
+// its alpha', else 1; then bilinear, then the falloff.
+inline vfloat smoothie_at(const HsView light, __global const float* fin_depth, __global const float* fin_alpha, const Receiver* r,
+                          vint near, vint x, vint y) {
+  const vint i = v_select((vint)(0), y * (int)light.width_px + x, near);
+  return v_select((vfloat)(1.0f), v_gather(fin_alpha, i), near & (r->z > v_gather(fin_depth, i)));
+}
+
+inline vfloat visibility_smoothies(const HsView light, __global const float* shadow_map, __global const float* fin_depth,
+                                   __global const float* fin_alpha, __global const uchar* tile_near_fins, uint falloff,
+                                   const Receiver* r) {
+  const Footprint f = footprint(light, r);
+  vfloat v00 = lit_at(light, shadow_map, r, f.x0, f.y0), v10 = lit_at(light, shadow_map, r, f.x1, f.y0);
+  vfloat v01 = lit_at(light, shadow_map, r, f.x0, f.y1), v11 = lit_at(light, shadow_map, r, f.x1, f.y1);
+  const vint near = near_fins(light, &f, r, tile_near_fins);
+  if (v_any(near)) {
+    v00 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x0, f.y0);
+    v10 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x1, f.y0);
+    v01 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x0, f.y1);
+    v11 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x1, f.y1);
+  }
+  return falloff_of(bilinear(&f, v00, v10, v01, v11), falloff);
+}
+
+// Walks this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
+#define HS_FOR_RECEIVERS(body)                                                                                                 \
+  const int px = (int)get_global_id(0) * HS_LANES;                                                                             \
+  const int valid = min(HS_LANES, (int)view.width_px - px);                                                                    \
+  for (int strip = 0; strip < HS_STRIP; ++strip) {                                                                             \
+    const int py = (int)get_global_id(1) * HS_STRIP + strip;                                                                   \
+    if (valid <= 0 || py >= (int)view.height_px) break;                                                                        \
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                                          \
+    vfloat result = r.visibility;                                                                                              \
+    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                                   \
+    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);                                                   \
+  }
+
+inline void store_lanes(vfloat value, __global float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid < 16) {
+    for (int i = 0; i < valid; ++i) plane[first + i] = ((const float*)&value)[i];
+    return;
+  }
+#endif
+  v_store(value, plane + first);
+}
+
+// depth_or_position, normal: planes of the GBuffer; visibility: float a pixel, written whole.
+
+__kernel void receive_hard(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
+  HS_FOR_RECEIVERS(visibility_hard(light, &r, shadow_map))
+}
+
+__kernel void receive_pcf2(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
+  HS_FOR_RECEIVERS(visibility_pcf2(light, &r, shadow_map))
+}
+
+__kernel void receive_pcf4(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
+  HS_FOR_RECEIVERS(visibility_pcf4(light, &r, shadow_map))
+}
+
+__kernel void receive_smoothies(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                                __global const float4* normal, __global const float* shadow_map, __global const float* fin_depth,
+                                __global const float* fin_alpha, __global const uchar* tile_near_fins, const uint falloff,
+                                __global float* visibility, const uint plane) {
+  HS_FOR_RECEIVERS(visibility_smoothies(light, shadow_map, fin_depth, fin_alpha, tile_near_fins, falloff, &r))
+}
+
+// Nothing casts in the light's reach: lit, but for what is turned away.
+__kernel void receive_all(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                          __global const float4* normal, __global float* visibility, const uint plane) {
+  HS_FOR_RECEIVERS((vfloat)(1.0f))
+}

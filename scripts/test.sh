@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# From a fresh clone to tested: packages, optimised build, every test.
+#
+#   --asan      also the tests built with AddressSanitizer and UndefinedBehaviorSanitizer
+#   --oclgrind  also a 64x64 frame of every method in Oclgrind, which finds bad memory accesses and data races of kernels
+#   --format    first check that the code is formatted
+#   --werror    warnings of the optimised build are errors (they always are in the sanitizers' build)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+asan= oclgrind= format= werror=OFF
+for argument in "$@"; do
+  case $argument in
+    --asan) asan=1 ;;
+    --oclgrind) oclgrind=1 ;;
+    --format) format=1 ;;
+    --werror) werror=ON ;;
+    *)
+      sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
+      [[ $argument == --help ]] && exit 0
+      exit 2
+      ;;
+  esac
+done
+
+# Builds a preset and runs its tests.
+run_tests() {
+  local preset=$1
+  shift
+  cmake --preset "$preset" --log-level=WARNING "$@"
+  cmake --build --preset "$preset" -- --quiet
+  ctest --preset "$preset" -j "$(nproc)"
+}
+
+scripts/setup.sh
+if [[ $format ]]; then scripts/format.sh --check; fi
+run_tests release -D HALFSHADE_WERROR=$werror
+if [[ $asan ]]; then run_tests asan; fi
+if [[ $oclgrind ]]; then scripts/oclgrind.sh; fi
+echo "test: all passed"

@@ -1,0 +1,369 @@
+// The program as its users meet it: what it prints, what it leaves on the disk, and how it fails.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "halfshade/halfshade.hpp"
+#include "image_io.hpp"
+
+namespace halfshade {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Result {
+  int code = -1;
+  std::string out, err;
+};
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+bool has(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+class Cli : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "halfshade-cli-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    fs::copy_file(fs::path(HALFSHADE_DATA_DIR) / "meshes" / "box.obj", folder_ / "box.obj");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// Runs the program in the test's folder. `file_limit` is the largest file it may write, as on a full disk.
+  Result run(std::vector<std::string> arguments, std::optional<rlim_t> file_limit = {}) {
+    arguments.insert(arguments.begin(), HALFSHADE_CLI);
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    const std::string out = folder_.string() + ".out", err = folder_.string() + ".err", working_folder = folder_.string();
+    const pid_t child = fork();
+    if (child == 0) {
+      const int out_file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      const int err_file = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      if (chdir(working_folder.c_str()) != 0 || dup2(out_file, 1) < 0 || dup2(err_file, 2) < 0) _exit(126);
+      if (file_limit) {
+        const rlimit limit{*file_limit, *file_limit};
+        setrlimit(RLIMIT_FSIZE, &limit);
+      }
+      execv(pointers[0], pointers.data());
+      _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    Result result{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
+    fs::remove(out);
+    fs::remove(err);
+    return result;
+  }
+
+  /// One line on stderr with all `parts`, the code, nothing on stdout, and no file made in the output folder.
+  void expect_failure(const std::vector<std::string>& arguments, const std::vector<std::string>& parts, int code = 2) {
+    const Result result = run(arguments);
+    SCOPED_TRACE(fmt::format("{}: {}", fmt::join(arguments, " "), result.err));
+    EXPECT_EQ(result.code, code);
+    EXPECT_EQ(result.out, "");
+    EXPECT_TRUE(result.err.starts_with("halfshade: "));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1);
+    for (const std::string& part : parts) EXPECT_TRUE(has(result.err, part)) << "missing: " << part;
+    EXPECT_EQ(files_in("out"), std::vector<std::string>{});
+  }
+
+  std::vector<std::string> files_in(const std::string& name) const {
+    std::vector<std::string> names;
+    if (fs::is_directory(folder_ / name)) {
+      for (const auto& entry : fs::directory_iterator(folder_ / name)) names.push_back(entry.path().filename());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  /// A scene file, changed by `change`.
+  template <typename Change>
+  std::string scene(Change change, const std::string& name = "scene.json") const {
+    auto json = nlohmann::json::parse(R"({
+      "meshes": [{"name": "box", "path": "box.obj"}],
+      "camera": {"position": [3, 4, 5], "target": [0, 0, 0], "resolution": [37, 21]},
+      "lights": [{"name": "key", "type": "spot", "position": [1, 5, 2], "target": [0, 0, 0], "radius": 0.2}]})");
+    change(json);
+    write(name, json.dump());
+    return name;
+  }
+  std::string scene() const {
+    return scene([](nlohmann::json&) {});
+  }
+
+  fs::path folder_;
+};
+
+// ------------------------------------------------------------------------------------------------------------- what it says
+
+TEST_F(Cli, HelpFitsAScreenAndShowsExamples) {
+  for (const std::string command : {"", "render", "bench", "inspect", "devices", "methods"}) {
+    const Result result = command.empty() ? run({"--help"}) : run({command, "--help"});
+    SCOPED_TRACE(command);
+    EXPECT_EQ(result.code, 0);
+    EXPECT_EQ(result.err, "");
+    EXPECT_TRUE(has(result.out, "\n  halfshade " + command)) << result.out;
+    std::istringstream lines(result.out);
+    std::size_t count = 0, widest = 0;
+    for (std::string line; std::getline(lines, line); ++count) widest = std::max(widest, line.size());
+    EXPECT_LE(count, 40u);
+    EXPECT_LE(widest, 105u);
+  }
+}
+
+TEST_F(Cli, HelpNamesEverySettingOfEveryMethod) {
+  const std::string help = run({"render", "--help"}).out;
+  for (const MethodInfo& info : methods()) {
+    std::istringstream options{std::string(info.options)};
+    for (std::string option; options >> option;) EXPECT_TRUE(has(help, "--" + option)) << option;
+  }
+}
+
+TEST_F(Cli, WithoutArgumentsItHelpsAndFails) {
+  const Result result = run({});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.out, "");
+  EXPECT_TRUE(has(result.err, "Usage:"));
+}
+
+TEST_F(Cli, Version) {
+  EXPECT_EQ(run({"--version"}).out, "halfshade " HALFSHADE_VERSION "\n");
+}
+
+TEST_F(Cli, MethodsListsAll) {
+  const Result result = run({"methods"});
+  EXPECT_EQ(result.code, 0);
+  for (const MethodInfo& info : methods()) {
+    EXPECT_TRUE(has(result.out, info.name));
+    EXPECT_TRUE(has(result.out, info.source));
+    EXPECT_TRUE(has(result.out, info.options));
+  }
+}
+
+TEST_F(Cli, DevicesListsAll) {
+  const Result result = run({"devices"});
+  EXPECT_EQ(result.code, 0);
+  for (const DeviceInfo& info : list_devices()) EXPECT_TRUE(has(result.out, info.name)) << result.out;
+}
+
+TEST_F(Cli, InspectPrintsTextAndJson) {
+  EXPECT_TRUE(has(run({"inspect", "box.obj"}).out, "box.obj"));
+  const auto json = nlohmann::json::parse(run({"inspect", "--json", "box.obj", "box.obj"}).out);
+  EXPECT_EQ(json.size(), 2u);
+}
+
+// ------------------------------------------------------------------------------------------------------------- what it makes
+
+TEST_F(Cli, RenderWritesOneFrameAMethod) {
+  const Result result = run({"render", scene(), "--method", "all", "-o", "out/deep"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  std::vector<std::string> expected;
+  for (const MethodInfo& info : methods()) expected.push_back(fmt::format("scene.{}.0001.exr", info.name));
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(files_in("out/deep"), expected);
+  // Piped: a line a picture.
+  EXPECT_EQ(static_cast<std::size_t>(std::count(result.err.begin(), result.err.end(), '\n')), methods().size());
+  EXPECT_FALSE(has(result.err, "\x1b"));
+}
+
+TEST_F(Cli, RenderWritesWhatIsAsked) {
+  const Result result = run({"render",       scene(), "-q",          "-m", "smoothies", "--png", "--light-buffers",  "--half",
+                             "--resolution", "5x3",   "--light-res", "64", "--falloff", "disc",  "--smoothie-width", "0.05",
+                             "--device",     "0",     "--threads",   "1"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(files_in("out"),
+            (std::vector<std::string>{"scene.smoothies.0001.exr", "scene.smoothies.0001.key.exr", "scene.smoothies.0001.png"}));
+  const ExrImage image = read_exr(folder_ / "out/scene.smoothies.0001.exr");
+  EXPECT_EQ(image.resolution, glm::uvec2(5, 3));
+  for (const char* name : {"R", "G", "B", "shadow_key.Y", "P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "depth.Z"}) {
+    EXPECT_TRUE(image.channels.contains(name)) << name;
+  }
+  EXPECT_EQ(image.metadata.at("method"), "smoothies");
+  EXPECT_EQ(image.metadata.at("falloff"), "disc");
+  EXPECT_EQ(image.metadata.at("smoothie_width"), "0.05");
+  EXPECT_EQ(image.metadata.at("light_resolution_px"), "64");
+  EXPECT_EQ(image.metadata.at("version"), HALFSHADE_VERSION);
+  for (const char* name : {"device", "time", "render_ms", "scene", "frame"}) EXPECT_TRUE(image.metadata.contains(name)) << name;
+  EXPECT_TRUE(read_exr(folder_ / "out/scene.smoothies.0001.key.exr").channels.contains("shadow_map.Z"));
+}
+
+TEST_F(Cli, RenderDrawsTheFramesAsked) {
+  const std::string animated = scene([](nlohmann::json& json) {
+    json["animation"] = {{"frames", {3, 5}},
+                         {"tracks", {{{"target", "box.translation"}, {"keys", {{3, {0, 0, 0}}, {5, {2, 0, 0}}}}}}}};
+  });
+  ASSERT_EQ(run({"render", animated, "-m", "hard"}).code, 0);
+  EXPECT_EQ(files_in("out"), (std::vector<std::string>{"scene.hard.0003.exr", "scene.hard.0004.exr", "scene.hard.0005.exr"}));
+  ASSERT_EQ(run({"render", animated, "-m", "hard", "--frames", "5", "-o", "one"}).code, 0);
+  EXPECT_EQ(files_in("one"), (std::vector<std::string>{"scene.hard.0005.exr"}));
+  EXPECT_EQ(read_exr(folder_ / "one/scene.hard.0005.exr").channels, read_exr(folder_ / "out/scene.hard.0005.exr").channels);
+  EXPECT_NE(read_exr(folder_ / "out/scene.hard.0003.exr").channels, read_exr(folder_ / "out/scene.hard.0005.exr").channels);
+}
+
+TEST_F(Cli, UnusualScenesAreValid) {
+  scene([](nlohmann::json& json) { json["meshes"] = nlohmann::json::array(); }, "empty.json");
+  scene([](nlohmann::json& json) { json["lights"] = nlohmann::json::array(); }, "dark.json");
+  scene([](nlohmann::json& json) { json["camera"]["position"] = {0.01, 0.02, 0.03}; }, "inside.json");
+  scene([](nlohmann::json& json) { json["camera"]["resolution"] = {1, 1}; }, "pixel.json");
+  for (const char* name : {"empty.json", "dark.json", "inside.json", "pixel.json"}) {
+    const Result result = run({"render", name, "-m", "all", "--png", "--light-buffers"});
+    EXPECT_EQ(result.code, 0) << name << result.err;
+    const std::string stem = fs::path(name).stem().string();
+    EXPECT_TRUE(fs::exists(folder_ / "out" / (stem + ".smoothies.0001.exr"))) << name;
+  }
+}
+
+TEST_F(Cli, BenchPrintsATableAndJson) {
+  const Result table = run({"bench", scene(), "--repeat", "2"});
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_TRUE(has(table.out, "median ms"));
+  const Result result = run({"bench", scene(), "--repeat", "2", "-m", "hard,smoothies", "--json"});
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("repeat"), 2);
+  ASSERT_EQ(json.at("methods").size(), 2u);
+  for (const auto& method : json.at("methods")) {
+    EXPECT_FALSE(method.at("stages_ms").empty());
+    EXPECT_LE(method.at("frame_ms").at("min"), method.at("frame_ms").at("median"));
+    EXPECT_GT(method.at("lights").at(0).at("visibility_ms").at("min"), 0.0);
+  }
+}
+
+// -------------------------------------------------------------------------------------------------------------- how it fails
+
+TEST_F(Cli, WrongUsage) {
+  expect_failure({"paint"}, {"paint", "halfshade --help"});
+  expect_failure({"render"}, {"SCENE", "halfshade render --help"});
+  expect_failure({"render", scene(), "--sharp"}, {"--sharp", "halfshade render --help"});
+  expect_failure({"render", scene(), "-m", "magic"}, {"magic", "smoothies"});
+  expect_failure({"render", scene(), "--device", "nothing like it"}, {"nothing like it"});
+  expect_failure({"render", scene(), "--device", "99"}, {"99"});
+  expect_failure({"render", scene(), "--frames", "5-1"}, {"--frames", "5-1"});
+  expect_failure({"render", scene(), "--frames", "x"}, {"--frames", "x"});
+  expect_failure({"render", scene(), "--threads", "-3"}, {"--threads", "-3"});
+  expect_failure({"render", scene(), "--falloff", "steep"}, {"falloff", "steep", "bernstein"});
+  expect_failure({"render", scene(), "--smoothie-width", "-1"}, {"--smoothie-width", "-1", "auto"});
+  expect_failure({"render", scene(), "--smoothie-width", "nan"}, {"--smoothie-width", "nan"});
+  expect_failure({"render", scene(), "-m", "pcf", "--pcf-filter", "3"}, {"--pcf-filter", "3"});
+  expect_failure({"render", scene(), "--light-res", "0"}, {"--light-res", "0"});
+  expect_failure({"bench", scene(), "--repeat", "0"}, {"--repeat", "0"});
+  expect_failure({"inspect"}, {"MESH", "halfshade inspect --help"});
+}
+
+TEST_F(Cli, AnOptionThatNoMethodHeedsIsAnError) {
+  expect_failure({"render", scene(), "-m", "hard", "--falloff", "sine"}, {"--falloff", "hard", "smoothies"});
+  expect_failure({"render", scene(), "-m", "hard,pcf", "--smoothie-width", "auto"},
+                 {"--smoothie-width", "hard, pcf", "smoothies"});
+  expect_failure({"bench", scene(), "-m", "smoothies", "--pcf-filter", "4"}, {"--pcf-filter", "smoothies", "pcf"});
+  EXPECT_EQ(run({"render", scene(), "-m", "hard,pcf", "--pcf-filter", "4"}).code, 0);
+}
+
+TEST_F(Cli, ResolutionsOutOfRange) {
+  expect_failure({"render", scene(), "--resolution", "0x64"}, {"--resolution", "0"});
+  expect_failure({"render", scene(), "--resolution", "64"}, {"--resolution", "64"});
+  expect_failure({"render", scene(), "--resolution", "99999999x1"}, {"--resolution", "99999999"});
+  expect_failure({"render", scene(), "--resolution", "65536x65536"}, {"resolution", "65536"});
+  expect_failure({"render", scene([](nlohmann::json& json) {
+                    json["camera"]["resolution"] = {0, 64};
+                  })},
+                 {"scene.json", "camera.resolution"});
+}
+
+TEST_F(Cli, ScenesThatCannotBeRead) {
+  expect_failure({"render", "missing.json"}, {"missing.json", "no such file"});
+  expect_failure({"render", "."}, {"folder"});
+  write("broken.json", "{\"meshes\": [");
+  expect_failure({"render", "broken.json"}, {"broken.json"});
+  write("nothing.json", "");
+  expect_failure({"render", "nothing.json"}, {"nothing.json"});
+  expect_failure({"render", scene([](nlohmann::json& json) { json["camera"]["zoom"] = 2; })}, {"scene.json", "camera", "zoom"});
+  expect_failure({"render", scene([](nlohmann::json& json) { json["lights"][0]["radius"] = "wide"; })},
+                 {"scene.json", "lights[0].radius", "number"});
+  expect_failure({"render", scene([](nlohmann::json& json) { json["meshes"][0]["path"] = "gone.obj"; })}, {"gone.obj"});
+  expect_failure({"render", scene([](nlohmann::json& json) { json["camera"]["yfov_deg"] = 1e300 * 10; })},
+                 {"scene.json", "yfov_deg"});
+  if (geteuid() != 0) {
+    fs::permissions(folder_ / scene(), fs::perms::none);
+    expect_failure({"render", "scene.json"}, {"scene.json"});
+  }
+}
+
+TEST_F(Cli, MeshesThatCannotBeRead) {
+  const std::string with_mesh = scene([](nlohmann::json& json) { json["meshes"][0]["path"] = "mesh.obj"; });
+  for (const auto& [text, part] : {std::pair<std::string, std::string>{"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "9"},
+                                   {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n", "-9"},
+                                   {"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "nan"},
+                                   {"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "face"},
+                                   {"", "empty"}}) {
+    write("mesh.obj", text);
+    expect_failure({"render", with_mesh}, {"mesh.obj", part});
+    expect_failure({"inspect", "mesh.obj"}, {"mesh.obj", part});
+  }
+  expect_failure({"inspect", "none.obj"}, {"none.obj"});
+}
+
+TEST_F(Cli, OutputFoldersThatCannotBeUsed) {
+  write("file", "x");
+  expect_failure({"render", scene(), "-o", "file"}, {"file", "folder", "-o"});
+  expect_failure({"render", scene(), "-o", "file/below"}, {"file/below", "folder", "-o"});
+  expect_failure({"render", scene(), "-o", "/proc/halfshade"}, {"/proc/halfshade", "folder", "-o"});
+  if (geteuid() != 0) {
+    fs::create_directory(folder_ / "locked");
+    fs::permissions(folder_ / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    expect_failure({"render", scene(), "-o", "locked"}, {"locked", "folder", "-o"});
+  }
+}
+
+TEST_F(Cli, AFullDiskIsNoticedAndLeavesNothing) {
+  // The limit is on every file that the process writes; it leaves room for the OpenCL compiler's, not for the frame.
+  const Result result = run({"render", HALFSHADE_DATA_DIR "/scenes/primitives.json", "-m", "hard"}, 1 << 20);
+  EXPECT_EQ(result.code, 1) << result.err;
+  EXPECT_TRUE(has(result.err, "out/primitives.hard.0001.exr")) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_EQ(files_in("out"), std::vector<std::string>{});
+}
+
+TEST_F(Cli, AStoppedRenderLeavesWholeFramesOnly) {
+  const std::string long_one = scene([](nlohmann::json& json) { json["animation"] = {{"frames", {1, 100000}}}; });
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(folder_.c_str()) != 0) _exit(126);
+    execl(HALFSHADE_CLI, HALFSHADE_CLI, "render", long_one.c_str(), "-q", "-m", "hard", nullptr);
+    _exit(127);
+  }
+  for (int attempt = 0; attempt < 600 && files_in("out").size() < 3; ++attempt) usleep(50'000);
+  kill(child, SIGTERM);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
+  const std::vector<std::string> files = files_in("out");
+  EXPECT_GE(files.size(), 3u);
+  for (const std::string& file : files) {
+    EXPECT_TRUE(file.ends_with(".exr")) << file;
+    EXPECT_NO_THROW(read_exr(folder_ / "out" / file)) << file;
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
