@@ -262,9 +262,9 @@ struct Renderer::State {
     launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
   }
 
-  /// The receivers of a G-buffer: strips of 16 x 16 pixels a work-item on CPU devices, a pixel on GPU devices.
+  /// The pixels of a G-buffer: 16 x 16 a work-item on CPU devices, one on GPU devices (HS_FOR_PIXELS in kernels/common.h).
   template <class... Args>
-  void launch_receivers(std::string_view name, glm::uvec2 size_px, const Args&... args) {
+  void launch_pixels(std::string_view name, glm::uvec2 size_px, const Args&... args) {
     const auto cover = [](std::size_t n, std::size_t by) { return (n + by - 1) / by; };
     if (device->lanes == 1)
       launch(name, cl::NDRange(cover(size_px.x, 16) * 16, cover(size_px.y, 16) * 16), cl::NDRange(16, 16), args...);
@@ -395,7 +395,7 @@ struct Renderer::State {
     const HsReceiverView view = receiver_view(scene.camera, light, has_depth);
     const cl::Buffer depth_or_position(has_depth ? gbuffer.depth : gbuffer.position, true), normals(gbuffer.normal, true);
     const auto receive = [&](std::string_view kernel, const auto&... args) {
-      launch_receivers(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
+      launch_pixels(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
     };
     if (!casts)
       receive("receive_all");
@@ -429,11 +429,9 @@ struct Renderer::State {
     for (const Light& light : scene.lights) lights.push_back(shade_light(scene.camera, light));
     const cl_float4 ambient{{scene.ambient.x, scene.ambient.y, scene.ambient.z, 0.0f}};
     const bool has_depth = gbuffer.depth != nullptr;
-    const std::size_t width = (gbuffer.resolution.x + 63) / 64 * 64;
-    launch("shade", cl::NDRange(width, gbuffer.resolution.y), cl::NDRange(64, 1), static_cast<cl_uint>(lights.size()),
-           buffer_of(*device, lights, "lights"), ambient, shade_view(scene.camera, has_depth),
-           cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true), cl::Buffer(gbuffer.normal, true),
-           cl::Buffer(gbuffer.base_color, true), planes, out);
+    launch_pixels("shade", gbuffer.resolution, static_cast<cl_uint>(lights.size()), buffer_of(*device, lights, "lights"), ambient,
+                  shade_view(scene.camera, has_depth), cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
+                  cl::Buffer(gbuffer.normal, true), cl::Buffer(gbuffer.base_color, true), planes, out);
   }
 
   // ------------------------------------------------------------------------------------------------------------- checks

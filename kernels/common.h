@@ -63,6 +63,86 @@ typedef int vint;
 #define HS_SLOT(x, y) 0
 #endif
 
+// Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
+// Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.
+#if HS_LANES == 16
+#define HS_STRIP 16
+#else
+#define HS_STRIP 1
+#endif
+#define HS_FOR_PIXELS(px, py, valid, width_px, height_px)                                                                     \
+  const int px = (int)get_global_id(0) * HS_LANES, valid = min(HS_LANES, (int)(width_px)-px);                                 \
+  for (int py = (int)get_global_id(1) * HS_STRIP, hs_end = valid > 0 ? min(py + HS_STRIP, (int)(height_px)) : 0; py < hs_end; \
+       ++py)
+
+// Loads a plane's HS_LANES values from pixel `first`, repeating the last of `valid`.
+inline vfloat load_lanes(__global const float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid >= 16) return vload16(0, plane + first);
+  float lanes[16];
+  for (int i = 0; i < 16; ++i) lanes[i] = plane[first + min(i, valid - 1)];
+  return vload16(0, lanes);
+#else
+  return plane[first];
+#endif
+}
+
+// Loads four interleaved channels of HS_LANES pixels.
+inline void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
+#if HS_LANES == 16
+  if (valid >= 16) {
+    __global const float* p = (__global const float*)(plane + first);
+    const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
+    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
+    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
+    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
+    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+    return;
+  }
+  float lanes[4][16];
+  for (int i = 0; i < 16; ++i) {
+    const float4 value = plane[first + min(i, valid - 1)];
+    lanes[0][i] = value.x;
+    lanes[1][i] = value.y;
+    lanes[2][i] = value.z;
+    lanes[3][i] = value.w;
+  }
+  *x = vload16(0, lanes[0]);
+  *y = vload16(0, lanes[1]);
+  *z = vload16(0, lanes[2]);
+  *w = vload16(0, lanes[3]);
+#else
+  const float4 value = plane[first];
+  *x = value.x;
+  *y = value.y;
+  *z = value.z;
+  *w = value.w;
+#endif
+}
+
+// Stores the first `valid` values to a plane from pixel `first`.
+inline void store_lanes(vfloat value, __global float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid < 16) {
+    for (int i = 0; i < valid; ++i) plane[first + i] = ((const float*)&value)[i];
+    return;
+  }
+#endif
+  v_store(value, plane + first);
+}
+
+// Stores four interleaved channels.
+inline void store_lanes4(vfloat x, vfloat y, vfloat z, vfloat w, __global float4* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  float4 pixels[16];
+  for (int i = 0; i < 16; ++i)
+    pixels[i] = (float4)(((const float*)&x)[i], ((const float*)&y)[i], ((const float*)&z)[i], ((const float*)&w)[i]);
+  for (int i = 0; i < valid; ++i) plane[first + i] = pixels[i];
+#else
+  plane[first] = (float4)(x, y, z, w);
+#endif
+}
+
 // The tile of the calling work-group, and its first texel.
 inline int2 tile_origin_px(const HsView view) {
   const uint tile = get_group_id(0);

@@ -1,11 +1,4 @@
 // Visibility: G-buffer pixel -> light map -> lookups -> fraction of the light seen.
-// On CPU devices a work-item answers HS_LANES pixels at a time along HS_STRIP rows; on GPU devices it is one pixel.
-
-#if HS_LANES == 16
-#define HS_STRIP 16
-#else
-#define HS_STRIP 1
-#endif
 
 // What HS_LANES pixels are to a light.
 typedef struct {
@@ -16,51 +9,6 @@ typedef struct {
   // The receiver's plane in the light map: 1/z at texel (x, y) is plane_d + plane_dx (x - u) + plane_dy (y - v).
   vfloat plane_d, plane_dx, plane_dy;
 } Receiver;
-
-// Loads a plane's HS_LANES values from pixel `first`, repeating the last of `valid`.
-inline vfloat load_lanes(__global const float* plane, size_t first, int valid) {
-#if HS_LANES == 16
-  if (valid >= 16) return vload16(0, plane + first);
-  float lanes[16];
-  for (int i = 0; i < 16; ++i) lanes[i] = plane[first + min(i, valid - 1)];
-  return vload16(0, lanes);
-#else
-  return plane[first];
-#endif
-}
-
-// Loads four interleaved channels of HS_LANES pixels.
-inline void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
-#if HS_LANES == 16
-  if (valid >= 16) {
-    __global const float* p = (__global const float*)(plane + first);
-    const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
-    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
-    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
-    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
-    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
-    return;
-  }
-  float lanes[4][16];
-  for (int i = 0; i < 16; ++i) {
-    const float4 value = plane[first + min(i, valid - 1)];
-    lanes[0][i] = value.x;
-    lanes[1][i] = value.y;
-    lanes[2][i] = value.z;
-    lanes[3][i] = value.w;
-  }
-  *x = vload16(0, lanes[0]);
-  *y = vload16(0, lanes[1]);
-  *z = vload16(0, lanes[2]);
-  *w = vload16(0, lanes[3]);
-#else
-  const float4 value = plane[first];
-  *x = value.x;
-  *y = value.y;
-  *z = value.z;
-  *w = value.w;
-#endif
-}
 
 // Where the receivers at pixels (px .., py) stand in the light.
 //   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1
@@ -258,28 +206,14 @@ inline vfloat visibility_smoothies(const HsView light, __global const float* sha
   return falloff_of(bilinear(&f, v00, v10, v01, v11), falloff);
 }
 
-// Walks this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
-#define HS_FOR_RECEIVERS(body)                                                                                                 \
-  const int px = (int)get_global_id(0) * HS_LANES;                                                                             \
-  const int valid = min(HS_LANES, (int)view.width_px - px);                                                                    \
-  for (int strip = 0; strip < HS_STRIP; ++strip) {                                                                             \
-    const int py = (int)get_global_id(1) * HS_STRIP + strip;                                                                   \
-    if (valid <= 0 || py >= (int)view.height_px) break;                                                                        \
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                                          \
-    vfloat result = r.visibility;                                                                                              \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                                   \
-    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);                                                   \
+// Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
+#define HS_FOR_RECEIVERS(body)                                                                              \
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                             \
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                       \
+    vfloat result = r.visibility;                                                                           \
+    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                \
+    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);     \
   }
-
-inline void store_lanes(vfloat value, __global float* plane, size_t first, int valid) {
-#if HS_LANES == 16
-  if (valid < 16) {
-    for (int i = 0; i < valid; ++i) plane[first + i] = ((const float*)&value)[i];
-    return;
-  }
-#endif
-  v_store(value, plane + first);
-}
 
 // depth_or_position, normal: planes of the GBuffer; visibility: float a pixel, written whole.
 

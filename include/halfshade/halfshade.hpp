@@ -69,7 +69,8 @@ struct Mesh {
   std::size_t collapsed_count = 0;      ///< triangles dropped because welding made two of their corners one
 };
 
-/// Welds equal positions, drops triangles that collapse, and chooses the local origin (the bounding box's centre).
+/// Welds positions that are equal in single precision about the local origin (the centre of what the triangles span), in order of
+/// first appearance; drops triangles that collapse and vertices that no triangle uses.
 /// Throws InputError, naming `name`, for an index out of range, a position that is not finite, or no triangle at all.
 Mesh make_mesh(std::string name, std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles);
 
