@@ -48,13 +48,17 @@ inline int first_texel(int fixed_px, uint mid_px) {
 }
 inline int last_texel(int fixed_px, uint mid_px) { return ((fixed_px - HS_SUBPIXEL / 2) >> HS_SUBPIXEL_BITS) + (int)mid_px; }
 
-// The tiles a triangle may touch; none if it covers no texel centre, has no area or a vertex that is not finite.
-inline ushort4 triangle_rect(const HsView view, uint3 corner, __global const float4* vertices_vs,
+// The tiles a triangle may touch; none if it covers no texel centre, is culled or has a vertex that is not finite.
+inline ushort4 triangle_rect(const HsView view, uint3 corner, uint cull, __global const float4* vertices_vs,
                              __global const int4* vertices_px, __global HsStatus* status) {
   const int4 a = vertices_px[corner.x], b = vertices_px[corner.y], c = vertices_px[corner.z];
   const uint flags = as_uint(a.w | b.w | c.w);
   int2 low, high;
   if (flags == 0) {
+    if (cull != HS_CULL_NONE) {
+      const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(b.y - a.y) * (c.x - a.x);
+      if (cull == HS_CULL_POSITIVE ? area >= 0 : area <= 0) return (ushort4)(0);
+    }
     low = min(a.xy, min(b.xy, c.xy));
     high = max(a.xy, max(b.xy, c.xy));
   } else {
@@ -82,7 +86,7 @@ __kernel void bound_triangles(const HsView view, __global const HsBlock* blocks,
   const HsBlock block = blocks[get_group_id(0)];
   ushort4 rect = (ushort4)(0);
   if (get_local_id(0) < block.count) {
-    rect = triangle_rect(view, vload3(block.first + get_local_id(0), triangles), vertices_vs, vertices_px, status);
+    rect = triangle_rect(view, vload3(block.first + get_local_id(0), triangles), block.cull, vertices_vs, vertices_px, status);
     count_rect(rect, view.tiles_x, tile_counts);
   }
   rects[get_global_id(0)] = rect;

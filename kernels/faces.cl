@@ -38,11 +38,11 @@ __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* 
 }
 
 // normals: float4 a triangle: unit geometric normal in world space on the side that the camera sees (0 for a face without area);
-// w = 1 where the mesh receives shadows.
-__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+// w = 1 where the mesh receives shadows. Not written for triangles that touch no tile.
+__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const ushort4* rects, __global const uint* triangles,
                            __global const float4* vertices_vs, __global const float4* materials, __global float4* normals) {
   const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
+  if (get_local_id(0) < block.count && rects[get_global_id(0)].z != 0) {
     const uint triangle = block.first + get_local_id(0);
     const uint3 corner = vload3(triangle, triangles);
     float3 anchor;

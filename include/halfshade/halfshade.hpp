@@ -230,8 +230,11 @@ struct GBuffer {
   cl_mem position = nullptr;
   /// float4: world-space unit geometric normal on the side that is seen; w = 0 where shadows are not received, else 1.
   cl_mem normal = nullptr;
-  /// float4: linear base colour. Only for shading; visibility needs none.
+  /// float4: linear base colour. Only for shading; null where `face` tells it.
   cl_mem base_color = nullptr;
+  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or unknown.
+  /// Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
+  cl_mem face = nullptr;
 };
 
 /// A finished frame on the host. Planes are resolution.x · resolution.y elements.
