@@ -286,7 +286,7 @@ TEST_P(Raster, ClippingLeavesCornersThatItKeepsWhereTheyAre) {
   const auto sizes = runner_.read<int>(counts, triangles);
   std::size_t moved = 0;
   for (std::size_t i = 0; i < triangles; ++i) {
-    EXPECT_EQ(sizes[i], 4);
+    EXPECT_GE(sizes[i], 4);
     for (std::size_t v = 3 * i; v < 3 * i + 2; ++v) {
       EXPECT_EQ(vertices[v].s[3], 0);
       bool found = false;
