@@ -10,7 +10,7 @@ using Shared = KernelTest;
 
 // Each member once; the same list is read by the host compiler and, as text, by the device's.
 #define HS_SHARED_MEMBERS(S, M) \
-  S(HsBlock) M(HsBlock, first) M(HsBlock, count) M(HsBlock, mesh) M(HsBlock, padding) \
+  S(HsBlock) M(HsBlock, first) M(HsBlock, count) M(HsBlock, mesh) M(HsBlock, cull) \
   S(HsTransform) M(HsTransform, row_x) M(HsTransform, row_y) M(HsTransform, row_z) \
   S(HsView) M(HsView, px_from_q) M(HsView, world_from_view_x) M(HsView, world_from_view_y) M(HsView, world_from_view_z) \
   M(HsView, znear) M(HsView, d_far) M(HsView, width_px) M(HsView, height_px) M(HsView, tiles_x) M(HsView, tiles_y) \
