@@ -103,8 +103,8 @@ bool matches(const DeviceInfo& info, std::string_view selector) {
   return contains_ignoring_case(info.name, selector) || contains_ignoring_case(info.platform_name, selector);
 }
 
-/// Shape of the tile kernels (kernels/common.h): wide on CPU devices, narrow on GPUs. HALFSHADE_KERNEL_SHAPE overrules, so that the
-/// shape of one kind of device can be tried on the other.
+/// Shape of the tile kernels (kernels/common.h): wide on CPU devices, narrow on GPUs. HALFSHADE_KERNEL_SHAPE overrules, so that
+/// the shape of one kind of device can be tried on the other.
 bool has_wide_kernels(const DeviceInfo& info) {
   const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
   const std::string_view shape = variable ? variable : "";

@@ -183,7 +183,7 @@ HS_INLINE vfloat visibility_pcf4(const HsView light, const Receiver* r, __global
       along += cubic_weight(i, r->u - u) * lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
     sum += cubic_weight(j, r->v - v) * along;
   }
-  return sum;
+  return fmin(sum, 1.0f);  // the weights add up to 1 but for rounding
 }
 
 // Lanes whose 2x2 footprint can meet a fin. Fin buffers hold values in every tile that such a footprint can touch.

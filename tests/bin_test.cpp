@@ -78,7 +78,8 @@ TEST_P(Bins, NothingIsWrittenBeyondTheCapacity) {
 Mesh triangle_of(const HsView& view, glm::vec2 a, glm::vec2 b, glm::vec2 c) {
   Mesh mesh;
   for (const glm::vec2& p : {a, b, c})
-    mesh.positions.emplace_back((p.x - view.px_from_q.s[1]) / view.px_from_q.s[0], (p.y - view.px_from_q.s[3]) / view.px_from_q.s[2], 1);
+    mesh.positions.emplace_back((p.x - view.px_from_q.s[1]) / view.px_from_q.s[0],
+                                (p.y - view.px_from_q.s[3]) / view.px_from_q.s[2], 1);
   mesh.triangles = {{0, 1, 2}};
   return mesh;
 }
@@ -97,12 +98,12 @@ TEST_P(Bins, TrianglesGoToTheTilesWhoseTexelCentresTheirBoundsHold) {
   using Rect = std::array<int, 4>;
   EXPECT_EQ(rect({t + 1, t + 1}, {t + 4, t + 1}, {t + 1, t + 4}), (Rect{1, 1, 2, 2}));
   EXPECT_EQ(rect({t - 1, t - 1}, {t + 1, t - 1}, {t - 1, t + 1}), (Rect{0, 0, 2, 2}));
-  EXPECT_EQ(rect({t + 0.25f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{1, 0, 2, 1}));         // starts left of the first centre
-  EXPECT_EQ(rect({t - 0.25f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{1, 0, 2, 1}));         // reaches no centre of the tile before
-  EXPECT_EQ(rect({t - 0.5f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{0, 0, 2, 1}));          // exactly on the last centre of it
-  EXPECT_EQ(rect({5.6f, 5.6f}, {6.4f, 5.6f}, {5.6f, 6.4f}), (Rect{0, 0, 0, 0}));       // between centres
-  EXPECT_EQ(rect({-9, 2}, {-2, 2}, {-2, 5}), (Rect{0, 0, 0, 0}));                      // left of the map
-  EXPECT_EQ(rect({-1e5f, -1e5f}, {1e5f, -1e5f}, {0, 1e5f}), (Rect{0, 0, 4, 3}));       // beyond the guard band
+  EXPECT_EQ(rect({t + 0.25f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{1, 0, 2, 1}));    // starts left of the first centre
+  EXPECT_EQ(rect({t - 0.25f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{1, 0, 2, 1}));    // reaches no centre of the tile before
+  EXPECT_EQ(rect({t - 0.5f, 2}, {t + 3, 2}, {t + 3, 5}), (Rect{0, 0, 2, 1}));     // exactly on the last centre of it
+  EXPECT_EQ(rect({5.6f, 5.6f}, {6.4f, 5.6f}, {5.6f, 6.4f}), (Rect{0, 0, 0, 0}));  // between centres
+  EXPECT_EQ(rect({-9, 2}, {-2, 2}, {-2, 5}), (Rect{0, 0, 0, 0}));                 // left of the map
+  EXPECT_EQ(rect({-1e5f, -1e5f}, {1e5f, -1e5f}, {0, 1e5f}), (Rect{0, 0, 4, 3}));  // beyond the guard band
   EXPECT_EQ(rect({4 * t - 1, 3 * t - 1}, {9 * t, 3 * t - 1}, {9 * t, 9 * t}), (Rect{3, 2, 4, 3}));
 }
 
@@ -120,7 +121,7 @@ TEST_P(Bins, WithoutRoomForListsTheMapsAreTheSame) {
   const auto a = with.gbuffer(), b = without.gbuffer();
   EXPECT_EQ(a.depth, b.depth);
   EXPECT_EQ(a.normal, b.normal);
-  EXPECT_EQ(a.base_color, b.base_color);
+  EXPECT_EQ(a.face, b.face);
 
   with.classify();
   without.classify();

@@ -10,14 +10,16 @@
 
 namespace halfshade {
 
-/// Two pictures agree unless more than `percent` % of their pixels differ by more than `threshold`, or any one by more than `hard`.
+/// Two pictures agree unless more than `percent` % of their pixels differ by more than `threshold`, or any one by more than
+/// `hard`.
 struct ImageRule {
   double percent, threshold, hard;
 };
 
 /// Empty if the pictures agree, else what is wrong. A pixel differs by the most of its `channels` values; one that is not a
 /// number in either picture differs by infinity.
-inline std::string image_difference(std::span<const float> a, std::span<const float> b, std::size_t channels, const ImageRule& rule) {
+inline std::string image_difference(std::span<const float> a, std::span<const float> b, std::size_t channels,
+                                    const ImageRule& rule) {
   if (a.size() != b.size() || channels == 0 || a.size() % channels != 0 || a.empty())
     return fmt::format("sizes: {} and {} values of {} channels", a.size(), b.size(), channels);
   const std::size_t pixels = a.size() / channels;

@@ -10,13 +10,17 @@ namespace {
 
 constexpr ImageRule rule{.percent = 10.0, .threshold = 0.05, .hard = 0.5};
 
-std::vector<float> grey(std::size_t pixels, std::size_t channels = 1) { return std::vector<float>(pixels * channels, 0.25f); }
+std::vector<float> grey(std::size_t pixels, std::size_t channels = 1) {
+  return std::vector<float>(pixels * channels, 0.25f);
+}
 
 bool agree(const std::vector<float>& a, const std::vector<float>& b, std::size_t channels = 1) {
   return image_difference(a, b, channels, rule).empty();
 }
 
-TEST(Comparator, EqualPicturesAgree) { EXPECT_TRUE(agree(grey(100), grey(100))); }
+TEST(Comparator, EqualPicturesAgree) {
+  EXPECT_TRUE(agree(grey(100), grey(100)));
+}
 
 TEST(Comparator, SmallDifferencesEverywhereAgree) {
   std::vector<float> other = grey(100);

@@ -19,8 +19,8 @@ std::vector<cl_float4> float4s(const std::vector<glm::vec3>& points) {
 std::vector<cl_uchar> orient(const KernelRunner& runner, const std::vector<glm::vec3>& points, const Triangles& triangles) {
   const auto blocks = blocks_of(static_cast<std::uint32_t>(triangles.size()));
   const cl::Buffer sides = runner.filled(triangles.size(), cl_uchar{9});
-  runner.run_blocks("orient_faces", blocks.size(), runner.buffer(blocks), runner.buffer(triangles), runner.buffer(float4s(points)),
-                    sides);
+  runner.run_blocks("orient_faces", blocks.size(), runner.buffer(blocks), runner.buffer(triangles),
+                    runner.buffer(float4s(points)), sides);
   return runner.read<cl_uchar>(sides, triangles.size());
 }
 
@@ -28,7 +28,8 @@ std::vector<glm::vec4> normals(const KernelRunner& runner, const HsView& view, c
                                const Triangles& triangles, float receives = 1.0f) {
   const auto blocks = blocks_of(static_cast<std::uint32_t>(triangles.size()));
   const cl::Buffer out = runner.filled(triangles.size(), glm::vec4(9.0f));
-  runner.run_blocks("face_normals", blocks.size(), view, runner.buffer(blocks), runner.buffer(triangles),
+  const cl::Buffer rects = runner.filled(blocks.size() * HS_BLOCK_SIZE, cl_ushort4{{0, 0, 1, 1}});  // all touch a tile
+  runner.run_blocks("face_normals", blocks.size(), view, runner.buffer(blocks), rects, runner.buffer(triangles),
                     runner.buffer(float4s(points)), runner.buffer(std::vector{glm::vec4(1, 1, 1, receives)}), out);
   return runner.read<glm::vec4>(out, triangles.size());
 }
@@ -47,7 +48,8 @@ TEST_F(Faces, DoesNotDependOnWhereTheCornerListBegins) {
   const int count = 3000;
   for (cl_uint i = 0; i < count; ++i) {
     // Every other face is nearly edge-on: its plane passes within rounding of the light, far away.
-    glm::vec3 a(coordinate(random), coordinate(random), coordinate(random)), b(coordinate(random), coordinate(random), coordinate(random));
+    glm::vec3 a(coordinate(random), coordinate(random), coordinate(random)),
+        b(coordinate(random), coordinate(random), coordinate(random));
     const float s = coordinate(random), t = coordinate(random);
     glm::vec3 c = i % 2 ? a * s + b * t : glm::vec3(coordinate(random), coordinate(random), coordinate(random));
     const float far = i % 4 < 2 ? 1.0f : 1000.0f;

@@ -9,8 +9,12 @@ namespace {
 
 using Features = KernelTest;
 
-constexpr HsFinShape radius_of(float px) { return {px, 0.0f, 0.0f, 0.0f}; }
-constexpr HsFinShape width_of(float px) { return {0.0f, px, 0.0f, 0.0f}; }
+constexpr HsFinShape radius_of(float px) {
+  return {px, 0.0f, 0.0f, 0.0f};
+}
+constexpr HsFinShape width_of(float px) {
+  return {0.0f, px, 0.0f, 0.0f};
+}
 
 struct Built {
   std::vector<HsFeature> edges, corners;

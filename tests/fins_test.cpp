@@ -1,5 +1,5 @@
-// The smoothie buffer against a plain evaluation of Chan & Durand 2003: alpha = delta / t (§3 step 3), alpha' = alpha / (1 - Lb/Lr)
-// (Eq. 1), in double, from the outlines of convex casters.
+// The smoothie buffer against a plain evaluation of Chan & Durand 2003: alpha = delta / t (§3 step 3), alpha' = alpha / (1 -
+// Lb/Lr) (Eq. 1), in double, from the outlines of convex casters.
 #include <algorithm>
 
 #include "view_passes.hpp"
@@ -16,7 +16,9 @@ struct OutlinePoint {
 };
 using Outline = std::vector<OutlinePoint>;
 
-double cross2(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+double cross2(const glm::dvec2& a, const glm::dvec2& b) {
+  return a.x * b.y - a.y * b.x;
+}
 
 /// The convex outline of projected vertices: as a light sees a convex caster.
 Outline hull_of(Outline points) {
@@ -27,7 +29,8 @@ Outline hull_of(Outline points) {
   for (int half = 0; half < 2; ++half) {
     const std::size_t begin = hull.size();
     for (const OutlinePoint& p : points) {
-      while (hull.size() >= begin + 2 && cross2(hull.back().px - hull[hull.size() - 2].px, p.px - hull.back().px) <= 0) hull.pop_back();
+      while (hull.size() >= begin + 2 && cross2(hull.back().px - hull[hull.size() - 2].px, p.px - hull.back().px) <= 0)
+        hull.pop_back();
       hull.push_back(p);
     }
     hull.pop_back();
@@ -89,8 +92,9 @@ std::size_t expect_fins(const KernelRunner& runner, const std::vector<Mesh>& cas
   for (const Mesh& caster : casters) {
     Outline points;
     for (std::size_t i = 0; i < caster.positions.size(); ++i, ++vertex)
-      points.push_back({glm::dvec2(vertices[vertex].s[0], vertices[vertex].s[1]) / 256.0 + glm::dvec2(view.mid_x_px, view.mid_y_px),
-                        1.0 / scene.positions[vertex].z});
+      points.push_back(
+          {glm::dvec2(vertices[vertex].s[0], vertices[vertex].s[1]) / 256.0 + glm::dvec2(view.mid_x_px, view.mid_y_px),
+           1.0 / scene.positions[vertex].z});
     outlines.push_back(hull_of(points));
   }
 
@@ -133,7 +137,8 @@ Mesh triangle() {
 Mesh box(const glm::vec3& centre, float size) {
   Mesh mesh;
   const glm::mat3 turn = glm::mat3(glm::vec3(0.8f, 0.36f, 0.48f), glm::vec3(-0.6f, 0.48f, 0.64f), glm::vec3(0, -0.8f, 0.6f));
-  for (int i = 0; i < 8; ++i) mesh.positions.push_back(centre + size * (turn * glm::vec3((i & 1) * 2 - 1, (i & 2) - 1, (i & 4) / 2 - 1)));
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.push_back(centre + size * (turn * glm::vec3((i & 1) * 2 - 1, (i & 2) - 1, (i & 4) / 2 - 1)));
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
@@ -152,11 +157,14 @@ TEST_P(Fins, ABoxHasTheSmoothiesOfItsOutline) {
   EXPECT_GT(expect_fins(runner_, {box({0.3f, -0.2f, 4}, 0.7f)}, {.radius = 0, .t = 0.1}), 300u);
 }
 
-TEST_P(Fins, ATinyLightHasThinSmoothies) { EXPECT_GT(expect_fins(runner_, {triangle()}, {.radius = 0.03, .t = 0}), 20u); }
+TEST_P(Fins, ATinyLightHasThinSmoothies) {
+  EXPECT_GT(expect_fins(runner_, {triangle()}, {.radius = 0.03, .t = 0}), 20u);
+}
 
 TEST_P(Fins, WhereSmoothiesOverlapTheNearestDepthAndTheLeastAlphaStand) {
-  EXPECT_GT(expect_fins(runner_, {box({-0.6f, -0.3f, 3}, 0.35f), box({0.7f, 0.2f, 5.5f}, 0.6f), triangle()}, {.radius = 0.5, .t = 0}),
-            1500u);
+  EXPECT_GT(
+      expect_fins(runner_, {box({-0.6f, -0.3f, 3}, 0.35f), box({0.7f, 0.2f, 5.5f}, 0.6f), triangle()}, {.radius = 0.5, .t = 0}),
+      1500u);
 }
 
 TEST_P(Fins, TilesBesideSmoothiesAreWrittenAndMarked) {

@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstring>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
@@ -77,9 +77,11 @@ class KernelRunner {
     for (const bool headers : {true, false})
       for (const char* header : {"shared.h", "common.h", ""})
         for (const EmbeddedKernel& kernel : embedded_kernels())
-          if (headers ? kernel.file == header : *header == '\0' && kernel.file.ends_with(".cl")) text += std::string(kernel.text) + "\n";
+          if (headers ? kernel.file == header : *header == '\0' && kernel.file.ends_with(".cl"))
+            text += std::string(kernel.text) + "\n";
     cl::Program program(device->cl_context_, text + source);
-    const std::string options = "-cl-std=CL1.2 -DHS_TILE=" + std::to_string(device->tile_px) + " -DHS_LANES=" + std::to_string(device->lanes);
+    const std::string options =
+        "-cl-std=CL1.2 -DHS_TILE=" + std::to_string(device->tile_px) + " -DHS_LANES=" + std::to_string(device->lanes);
     try {
       program.build(device->cl_device, options.c_str());
     } catch (const cl::Error&) {
@@ -136,11 +138,13 @@ class ShapedKernelTest : public testing::TestWithParam<const char*> {
   KernelRunner runner_{GetParam()};
 };
 
-#define HS_IN_BOTH_SHAPES(fixture) \
-  INSTANTIATE_TEST_SUITE_P(Shape, fixture, testing::Values("wide", "narrow"), [](const auto& info) { return std::string(info.param); })
+#define HS_IN_BOTH_SHAPES(fixture)                                            \
+  INSTANTIATE_TEST_SUITE_P(Shape, fixture, testing::Values("wide", "narrow"), \
+                           [](const auto& info) { return std::string(info.param); })
 
 /// A view that looks along +z from the origin, its axis through the middle of the map, `px_per_q` texels a unit of x/z and y/z.
-inline HsView straight_view(const DeviceImpl& device, glm::uvec2 size_px, float px_per_q, float znear = 0.125f, float zfar = 1024.0f) {
+inline HsView straight_view(const DeviceImpl& device, glm::uvec2 size_px, float px_per_q, float znear = 0.125f,
+                            float zfar = 1024.0f) {
   HsView view{};
   view.px_from_q = {{px_per_q, static_cast<float>(size_px.x / 2), -px_per_q, static_cast<float>(size_px.y / 2)}};
   view.world_from_view_x = {{1, 0, 0, 0}};

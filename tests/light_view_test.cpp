@@ -121,10 +121,10 @@ TEST(LightView, SmallMovesLeaveTheTexelGridWhereItIs) {
   EXPECT_GT(kept, 20);
 }
 
-TEST(LightView, AMapOfOneTexelIsOneTexel) {
+TEST(LightView, AMapHasAtLeastTwoTexelsASide) {
   const LightView fitted = fit(box_over_floor(), 1);
-  EXPECT_EQ(fitted.view.width_px, 1u);
-  EXPECT_EQ(fitted.view.height_px, 1u);
+  EXPECT_EQ(fitted.view.width_px, 2u);
+  EXPECT_EQ(fitted.view.height_px, 2u);
 }
 
 TEST(LightView, FarFromTheOriginTheViewIsTheSame) {

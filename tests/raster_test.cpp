@@ -23,7 +23,9 @@ glm::dvec2 q_of(const HsView& view, std::size_t texel) {
   return {(px.x - view.px_from_q.s[1]) / view.px_from_q.s[0], (px.y - view.px_from_q.s[3]) / view.px_from_q.s[2]};
 }
 
-bool is_empty(float z) { return z == HS_EMPTY_Z; }
+bool is_empty(float z) {
+  return z == HS_EMPTY_Z;
+}
 
 // ---------------------------------------------------------------------------------------------------------------- depth
 
@@ -83,7 +85,7 @@ TEST_P(Raster, EmptyTexelsHoldTheBackground) {
   mesh.triangles = {{0, 1, 2}};
   ViewPasses passes(runner_, view, mesh);
   const std::vector<float> map = passes.shadow_map();
-  const auto planes = passes.gbuffer({0.25f, 0.5f, 0.75f, 0.0f});
+  const auto planes = passes.gbuffer(0.0f);
   for (std::size_t i = 0; i < map.size(); ++i) {
     // The texels whose centres lie in x, y >= 1, x + y <= 5, the long edge excluded: it runs along centres.
     const std::size_t x = i % 37, y = i / 37;
@@ -91,12 +93,12 @@ TEST_P(Raster, EmptyTexelsHoldTheBackground) {
       EXPECT_EQ(map[i], 2.0f);
       EXPECT_EQ(planes.depth[i], 2.0f);
       EXPECT_EQ(planes.normal[i], glm::vec4(0, 0, -1, 0));
-      EXPECT_EQ(planes.base_color[i], glm::vec4(0.25f, 0.5f, 0.75f, 1));
+      EXPECT_EQ(planes.face[i], 0u);
     } else {
       EXPECT_TRUE(is_empty(map[i])) << x << " " << y;
       EXPECT_EQ(planes.depth[i], 0.0f);
       EXPECT_EQ(planes.normal[i], glm::vec4(0));
-      EXPECT_EQ(planes.base_color[i], glm::vec4(0));
+      EXPECT_EQ(planes.face[i], ~0u);
     }
   }
 }
@@ -112,8 +114,12 @@ TEST_P(Raster, BeyondTheFarDistanceTheCameraSeesNothing) {
 TEST_P(Raster, TrianglesWithoutAreaCoverNothing) {
   const HsView view = straight_view(*runner_.device, {32, 32}, 32.0f);
   Mesh mesh;
-  mesh.positions = {at_fixed(view, {0, 0}, 1), at_fixed(view, {16 * 256, 16 * 256}, 1), at_fixed(view, {32 * 256, 32 * 256}, 1),
-                    {-1, 0, -1}, {1, 0, -1}, {0, 1, -2}};
+  mesh.positions = {at_fixed(view, {0, 0}, 1),
+                    at_fixed(view, {16 * 256, 16 * 256}, 1),
+                    at_fixed(view, {32 * 256, 32 * 256}, 1),
+                    {-1, 0, -1},
+                    {1, 0, -1},
+                    {0, 1, -2}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};  // a line along texel centres; one behind the viewer
   for (const float z : ViewPasses(runner_, view, mesh).shadow_map()) EXPECT_TRUE(is_empty(z));
 }

@@ -23,8 +23,8 @@ inline std::shared_ptr<const Mesh> ground_mesh() {
   return std::make_shared<Mesh>(make_mesh("ground", corners, triangles));
 }
 
-inline SceneMesh placed(std::string name, std::shared_ptr<const Mesh> mesh, const glm::dvec3& translation, const glm::dvec3& scale,
-                        const glm::dvec3& rotation_deg = glm::dvec3(0)) {
+inline SceneMesh placed(std::string name, std::shared_ptr<const Mesh> mesh, const glm::dvec3& translation,
+                        const glm::dvec3& scale, const glm::dvec3& rotation_deg = glm::dvec3(0)) {
   SceneMesh out;
   out.name = std::move(name);
   out.mesh = std::move(mesh);

@@ -42,7 +42,14 @@ std::vector<glm::vec4> shade(const KernelRunner& runner, Scene scene, const std:
 /// A light three above the origin looking down, 90 degrees wide.
 Scene lamp() {
   Scene scene;
-  scene.lights = {{.name = "lamp", .position = {0, 3, 0}, .target = {0, 0, 0}, .up = {}, .radius = 0.1, .cone_deg = 90, .color = {1, 0.5f, 1}, .intensity = 2}};
+  scene.lights = {{.name = "lamp",
+                   .position = {0, 3, 0},
+                   .target = {0, 0, 0},
+                   .up = {},
+                   .radius = 0.1,
+                   .cone_deg = 90,
+                   .color = {1, 0.5f, 1},
+                   .intensity = 2}};
   scene.ambient = {0.125f, 0.25f, 0.5f};
   scene.camera.position = {4, 5, 6};
   return scene;
@@ -69,7 +76,11 @@ TEST_P(Shade, CosineOfTheAngle) {
 }
 
 TEST_P(Shade, OutsideTheConeThereIsNoLight) {
-  const auto rgb = shade(runner_, lamp(), {{.position = {3.1f, 0, 0, 1}}, {.position = {0, 0, -3.1f, 1}}, {.position = {0, 4, 0, 1}}, {.position = {2.9f, 0, 2.9f, 1}}});
+  const auto rgb = shade(runner_, lamp(),
+                         {{.position = {3.1f, 0, 0, 1}},
+                          {.position = {0, 0, -3.1f, 1}},
+                          {.position = {0, 4, 0, 1}},
+                          {.position = {2.9f, 0, 2.9f, 1}}});
   for (int i = 0; i < 3; ++i) expect_near(rgb[i], {0.125f, 0.125f, 0.125f, 1});
   EXPECT_GT(rgb[3].x, 0.5f);
 }

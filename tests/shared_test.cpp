@@ -9,6 +9,7 @@ namespace {
 using Shared = KernelTest;
 
 // Each member once; the same list is read by the host compiler and, as text, by the device's.
+// clang-format off
 #define HS_SHARED_MEMBERS(S, M) \
   S(HsBlock) M(HsBlock, first) M(HsBlock, count) M(HsBlock, mesh) M(HsBlock, cull) \
   S(HsTransform) M(HsTransform, row_x) M(HsTransform, row_y) M(HsTransform, row_z) \
@@ -25,18 +26,20 @@ using Shared = KernelTest;
   S(HsShadeLight) M(HsShadeLight, position_ws) M(HsShadeLight, color) M(HsShadeLight, from_camera_x) \
   M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, padding0) \
   M(HsShadeLight, padding1) M(HsShadeLight, padding2)
+// clang-format on
 
 TEST_F(Shared, StructsHaveTheSameLayoutOnTheDevice) {
   std::vector<std::string> names;
   std::vector<cl_uint> host;
   std::string source = "__kernel void layouts(__global uint* out) {\n";
-#define HS_SIZE(type)                                                                             \
+#define HS_SIZE(type)                                                            \
   source += "  out[" + std::to_string(host.size()) + "] = sizeof(" #type ");\n"; \
-  names.push_back("sizeof " #type);                                                               \
+  names.push_back("sizeof " #type);                                              \
   host.push_back(sizeof(type));
-#define HS_OFFSET(type, member)                                                                   \
-  source += "  { __private " #type " s; out[" + std::to_string(host.size()) + "] = (uint)((__private char*)&s." #member " - (__private char*)&s); }\n"; \
-  names.push_back(#type "." #member);                                                             \
+#define HS_OFFSET(type, member)                                                       \
+  source += "  { __private " #type " s; out[" + std::to_string(host.size()) +         \
+            "] = (uint)((__private char*)&s." #member " - (__private char*)&s); }\n"; \
+  names.push_back(#type "." #member);                                                 \
   host.push_back(offsetof(type, member));
   HS_SHARED_MEMBERS(HS_SIZE, HS_OFFSET)
   source += "}\n";

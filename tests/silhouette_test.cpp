@@ -47,8 +47,7 @@ TEST_F(Silhouette, OneLitFaceOfATetrahedronIsItsOutline) {
 }
 
 TEST_F(Silhouette, AllFacesOnOneSideHaveNone) {
-  for (const cl_uchar side : {0, 1})
-    EXPECT_TRUE(classify(runner_, 4, tetrahedron, {side, side, side, side}).silhouettes.empty());
+  for (const cl_uchar side : {0, 1}) EXPECT_TRUE(classify(runner_, 4, tetrahedron, {side, side, side, side}).silhouettes.empty());
 }
 
 TEST_F(Silhouette, BoundaryEdgesAlwaysAreOne) {
@@ -56,8 +55,8 @@ TEST_F(Silhouette, BoundaryEdgesAlwaysAreOne) {
   for (const cl_uchar side : {0, 1}) {
     const int s = side ? 1 : -1;
     const Classified c = classify(runner_, 4, square, {side, side});
-    EXPECT_EQ(c.multiplicity, (std::map<std::pair<unsigned, unsigned>, int>{
-                                  {{0, 1}, s}, {{1, 2}, s}, {{2, 3}, s}, {{0, 3}, -s}, {{0, 2}, 0}}));
+    EXPECT_EQ(c.multiplicity,
+              (std::map<std::pair<unsigned, unsigned>, int>{{{0, 1}, s}, {{1, 2}, s}, {{2, 3}, s}, {{0, 3}, -s}, {{0, 2}, 0}}));
     EXPECT_EQ(c.silhouettes.size(), 4u);
   }
   EXPECT_EQ(classify(runner_, 4, square, {1, 0}).multiplicity.at({0, 2}), -2);
@@ -117,7 +116,9 @@ std::size_t expect_closed_loops(const KernelRunner& runner, const Mesh& mesh, co
   return count;
 }
 
-Mesh data_mesh(const std::string& name) { return load_obj(std::string(HALFSHADE_DATA_DIR) + "/meshes/" + name + ".obj"); }
+Mesh data_mesh(const std::string& name) {
+  return load_obj(std::string(HALFSHADE_DATA_DIR) + "/meshes/" + name + ".obj");
+}
 
 TEST_F(Silhouette, ClosedMeshesHaveClosedLoopsForAnyLight) {
   std::mt19937 random(3);

@@ -20,7 +20,8 @@ Transformed transform(const KernelRunner& runner, const HsView& view, const std:
                       std::vector<HsBlock> blocks, const std::vector<HsTransform>& transforms) {
   std::vector<float> flat;
   for (const glm::vec3& p : positions) flat.insert(flat.end(), {p.x, p.y, p.z});
-  const cl::Buffer vs = runner.filled(positions.size(), cl_float4{}), px = runner.filled(positions.size(), cl_int4{{-7, -7, -7, -7}});
+  const cl::Buffer vs = runner.filled(positions.size(), cl_float4{}),
+                   px = runner.filled(positions.size(), cl_int4{{-7, -7, -7, -7}});
   const std::size_t count = blocks.size();
   runner.run_blocks("transform", count, view, runner.buffer(blocks), runner.buffer(transforms), runner.buffer(flat), vs, px);
   return {runner.read<cl_float4>(vs, positions.size()), runner.read<cl_int4>(px, positions.size())};
@@ -79,8 +80,8 @@ TEST_F(Transform, MarksWhatLiesBeforeTheNearPlane) {
 TEST_F(Transform, MarksWhatLiesOutsideTheGuardBand) {
   const HsView view = straight_view(*runner_.device, {64, 64}, 1.0f);
   const float guard = HS_GUARD_PX, beyond = std::nextafter(guard, 1e9f);
-  const Transformed out =
-      transform(runner_, view, {{guard, 0, 1}, {beyond, 0, 1}, {-guard, guard, 1}, {-beyond, 0, 1}, {0, -beyond, 1}, {0, 1e30f, 1}});
+  const Transformed out = transform(
+      runner_, view, {{guard, 0, 1}, {beyond, 0, 1}, {-guard, guard, 1}, {-beyond, 0, 1}, {0, -beyond, 1}, {0, 1e30f, 1}});
   EXPECT_EQ(out.px[0].s[3], fine);
   EXPECT_EQ(out.px[0].s[0], HS_GUARD_PX * 256);
   EXPECT_EQ(out.px[1].s[3], needs_clip);
@@ -114,8 +115,7 @@ TEST_F(Transform, EachBlockIsPlacedByItsMesh) {
   const std::vector<glm::vec3> positions(300, {1, 0, 1});  // of which 0 .. 2 and 259 .. 298 are launched
   const Transformed out =
       transform(runner_, view, positions, {{0, 3, 1, 0}, {259, 40, 0, 0}}, {identity_transform(), transform_rows(moved)});
-  for (int i = 0; i < 300; ++i)
-    EXPECT_EQ(out.px[i].s[0], i < 3 ? 4 * 256 : i >= 259 && i < 299 ? 256 : -7) << "vertex " << i;
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(out.px[i].s[0], i < 3 ? 4 * 256 : i >= 259 && i < 299 ? 256 : -7) << "vertex " << i;
 }
 
 TEST_F(Transform, TrianglesWithAVertexThatIsNotFiniteAreDroppedAndCounted) {

@@ -12,14 +12,20 @@ enum class Room { enough, none };
 class ViewPasses {
  public:
   ViewPasses(const KernelRunner& runner, const HsView& view, const Mesh& mesh, const glm::dmat4& view_from_mesh = glm::dmat4(1.0),
-             Room room = Room::enough)
-      : runner_(runner), view_(view), mesh_(mesh), topology_(build_topology(mesh)), capacity_(room == Room::enough ? 1u << 20 : 0u) {
+             Room room = Room::enough,
+             cl_uint cull = HS_CULL_NONE)
+      : runner_(runner),
+        view_(view),
+        mesh_(mesh),
+        topology_(build_topology(mesh)),
+        capacity_(room == Room::enough ? 1u << 20 : 0u) {
     std::vector<float> positions;
     for (const glm::vec3& p : mesh.positions) positions.insert(positions.end(), {p.x, p.y, p.z});
     std::vector<cl_uint> triangles;
     for (const glm::uvec3& t : mesh.triangles) triangles.insert(triangles.end(), {t.x, t.y, t.z});
     const auto vertex_blocks = blocks_of(static_cast<std::uint32_t>(mesh.positions.size()));
-    const auto triangle_blocks = blocks_of(static_cast<std::uint32_t>(mesh.triangles.size()));
+    auto triangle_blocks = blocks_of(static_cast<std::uint32_t>(mesh.triangles.size()));
+    for (HsBlock& block : triangle_blocks) block.cull = cull;
     slot_count = static_cast<cl_uint>(triangle_blocks.size() * HS_BLOCK_SIZE);
     triangle_corners = runner.buffer(triangles);
     blocks = runner.buffer(triangle_blocks);
@@ -31,7 +37,8 @@ class ViewPasses {
     refs = runner.filled(std::max(1u, capacity_), ~cl_uint{0});
     status = runner.filled(1, HsStatus{});
     runner.run_blocks("transform", vertex_blocks.size(), view, runner.buffer(vertex_blocks),
-                      runner.buffer(std::vector{transform_rows(view_from_mesh)}), runner.buffer(positions), vertices_vs, vertices_px);
+                      runner.buffer(std::vector{transform_rows(view_from_mesh)}), runner.buffer(positions), vertices_vs,
+                      vertices_px);
     runner.run_blocks("bound_triangles", triangle_blocks.size(), view, blocks, triangle_corners, vertices_vs, vertices_px, rects,
                       counts, status);
     scan(counts, offsets);
@@ -59,19 +66,20 @@ class ViewPasses {
 
   struct GBufferPlanes {
     std::vector<float> depth;
-    std::vector<glm::vec4> normal, base_color;
+    std::vector<glm::vec4> normal;
+    std::vector<cl_uint> face;
   };
-  GBufferPlanes gbuffer(const glm::vec4& material = glm::vec4(0.25f, 0.5f, 0.75f, 1.0f)) {
-    const cl::Buffer materials = runner_.buffer(std::vector{material});
+  GBufferPlanes gbuffer(float receives = 1.0f) {
+    const cl::Buffer materials = runner_.buffer(std::vector{glm::vec4(0.25f, 0.5f, 0.75f, receives)});
     const cl::Buffer normals = runner_.filled(mesh_.triangles.size(), glm::vec4(-1.0f));
-    const cl::Buffer face_meshes = runner_.filled(mesh_.triangles.size(), cl_uint{0});
     const cl::Buffer depth = runner_.filled(texel_count(), -1.0f), normal = runner_.filled(texel_count(), glm::vec4(-1.0f)),
-                     color = runner_.filled(texel_count(), glm::vec4(-1.0f));
-    runner_.run_blocks("face_normals", slot_count / HS_BLOCK_SIZE, view_, blocks, triangle_corners, vertices_vs, materials, normals);
+                     face = runner_.filled(texel_count(), cl_uint{77});
+    runner_.run_blocks("face_normals", slot_count / HS_BLOCK_SIZE, view_, blocks, rects, triangle_corners, vertices_vs, materials,
+                       normals);
     runner_.run_tiles("raster_gbuffer", view_, view_, blocks, slot_count, rects, offsets, refs, capacity_, triangle_corners,
-                      vertices_vs, vertices_px, normals, face_meshes, materials, depth, normal, color);
+                      vertices_vs, vertices_px, normals, depth, normal, face);
     return {runner_.read<float>(depth, texel_count()), runner_.read<glm::vec4>(normal, texel_count()),
-            runner_.read<glm::vec4>(color, texel_count())};
+            runner_.read<cl_uint>(face, texel_count())};
   }
 
   /// Sides of all faces, then the edges with m != 0.
@@ -107,7 +115,7 @@ class ViewPasses {
   }
 
   struct FinPlanes {
-    std::vector<float> depth, alpha;     // as written; meaningless in tiles that were not
+    std::vector<float> depth, alpha;  // as written; meaningless in tiles that were not
     std::vector<cl_uchar> tile_near_fins;
     std::vector<bool> written;  // a texel
   };
@@ -122,8 +130,10 @@ class ViewPasses {
                      near = runner_.filled(tile_count(), cl_uchar{0});
     runner_.run_tiles("raster_fins", view_, view_, shape, status, feature_rects_, fin_offsets, fin_refs, capacity_, features_,
                       shadow_map_, depth, alpha, near);
-    FinPlanes planes{runner_.read<float>(depth, texel_count()), runner_.read<float>(alpha, texel_count()),
-                     runner_.read<cl_uchar>(near, tile_count()), {}};
+    FinPlanes planes{runner_.read<float>(depth, texel_count()),
+                     runner_.read<float>(alpha, texel_count()),
+                     runner_.read<cl_uchar>(near, tile_count()),
+                     {}};
     for (const float z : planes.depth) planes.written.push_back(z != -1.0f);
     return planes;
   }

@@ -52,8 +52,8 @@ class Visibility : public ShapedKernelTest {
     if (name == "receive_all")
       runner_.run_receivers(kernel, size, light_, view, position, normal, out, plane);
     else if (name == "receive_smoothies")
-      runner_.run_receivers(kernel, size, light_, view, position, normal, map, runner_.buffer(fin_depth_), runner_.buffer(fin_alpha_),
-                            runner_.buffer(near_fins_), falloff, out, plane);
+      runner_.run_receivers(kernel, size, light_, view, position, normal, map, runner_.buffer(fin_depth_),
+                            runner_.buffer(fin_alpha_), runner_.buffer(near_fins_), falloff, out, plane);
     else
       runner_.run_receivers(kernel, size, light_, view, position, normal, map, out, plane);
     const std::vector<float> both = runner_.read<float>(out, 2 * pixels.size());
@@ -75,7 +75,8 @@ TEST_P(Visibility, BehindTheShadowMapIsDarkBeforeItLit) {
 
 TEST_P(Visibility, WhatTheMapHoldsItselfIsLit) {
   // A tilted plane n.p = c, in the map at texel centres. The automatic bias must neither shadow it nor light what lies behind.
-  for (const glm::vec3 tilt : {glm::vec3(0, 0, -1), glm::vec3(0.6f, 0, -0.8f), glm::vec3(-0.7f, 0.5f, -0.51f), glm::vec3(0.1f, 0.98f, -0.17f)}) {
+  for (const glm::vec3 tilt :
+       {glm::vec3(0, 0, -1), glm::vec3(0.6f, 0, -0.8f), glm::vec3(-0.7f, 0.5f, -0.51f), glm::vec3(0.1f, 0.98f, -0.17f)}) {
     const glm::vec3 n = glm::normalize(tilt);
     const float c = n.z * 4;
     const auto depth_at = [&](float u, float v) {
@@ -111,7 +112,8 @@ TEST_P(Visibility, WhatTheMapHoldsItselfIsLit) {
 TEST_P(Visibility, WhatNeedsNoLookUpIsDecided) {
   shadow_map_.assign(shadow_map_.size(), 0.5f);  // all else is dark
   const Pixel dark = at(8, 8, 4);
-  Pixel nothing = dark, receives_none = dark, away = dark, edge_on = dark, outside_cone = dark, behind_light = dark, outside_map = dark;
+  Pixel nothing = dark, receives_none = dark, away = dark, edge_on = dark, outside_cone = dark, behind_light = dark,
+        outside_map = dark;
   nothing.position.w = 0;
   receives_none.normal.w = 0;
   away.normal = {0, 0, 1, 1};
@@ -122,8 +124,9 @@ TEST_P(Visibility, WhatNeedsNoLookUpIsDecided) {
   Pixel away_outside_cone = outside_cone;
   away_outside_cone.normal = {0, 0, 1, 1};
   for (const char* kernel : kernels_)
-    EXPECT_EQ(see(kernel, {dark, nothing, receives_none, away, edge_on, outside_cone, behind_light, outside_map, away_outside_cone}),
-              (std::vector<float>{0, 1, 1, 0, 0, 1, 1, 1, 1}))
+    EXPECT_EQ(
+        see(kernel, {dark, nothing, receives_none, away, edge_on, outside_cone, behind_light, outside_map, away_outside_cone}),
+        (std::vector<float>{0, 1, 1, 0, 0, 1, 1, 1, 1}))
         << kernel;
   EXPECT_EQ(see("receive_all", {dark, nothing, receives_none, away, edge_on, outside_cone, behind_light}),
             (std::vector<float>{1, 1, 1, 0, 0, 1, 1}));
@@ -200,10 +203,10 @@ TEST_P(Visibility, SmoothiesShadowOnlyWhatLiesBehindThem) {
 }
 
 TEST_P(Visibility, SmoothiesFilterTheComparisonsOfFourTexels) {
-  const unsigned i = 5 * map_px + 9;  // centres (9.5, 5.5), (10.5, 5.5), (9.5, 6.5), (10.5, 6.5)
-  shadow_map_[i] = 2.0f;                                              // in the shadow: 0
-  fin_depth_[i + 1] = 2.0f, fin_alpha_[i + 1] = 0.5f;                 // behind the smoothie: alpha'
-  fin_depth_[i + map_px] = 6.0f, fin_alpha_[i + map_px] = 0.5f;       // before it: 1
+  const unsigned i = 5 * map_px + 9;                             // centres (9.5, 5.5), (10.5, 5.5), (9.5, 6.5), (10.5, 6.5)
+  shadow_map_[i] = 2.0f;                                         // in the shadow: 0
+  fin_depth_[i + 1] = 2.0f, fin_alpha_[i + 1] = 0.5f;            // behind the smoothie: alpha'
+  fin_depth_[i + map_px] = 6.0f, fin_alpha_[i + map_px] = 0.5f;  // before it: 1
   const float expected = 0.6f * (0.3f * 0.0f + 0.7f * 0.5f) + 0.4f * (0.3f * 1 + 0.7f * 1);
   EXPECT_NEAR(see("receive_smoothies", {at(9.5f + 0.7f, 5.5f + 0.4f, 4)})[0], expected, 1e-5f);
 }
