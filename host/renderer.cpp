@@ -518,7 +518,11 @@ Renderer::Renderer(std::shared_ptr<Device> device) : state_(std::make_unique<Sta
   if (!state_->device) throw InputError("Renderer: expected a device from Device::open or Device::adopt");
 }
 
-Renderer::~Renderer() = default;
+Renderer::~Renderer() {
+  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A caller's
+  // queue is the caller's to wait for.
+  if (state_->device->owns_queue) clFinish(state_->device->cl_queue());
+}
 
 void Renderer::set_scene(const Scene& scene) {
   validate(scene, scene.name.empty() ? "scene" : scene.name);
