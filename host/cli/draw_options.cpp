@@ -11,13 +11,11 @@
 namespace halfshade {
 namespace {
 
+constexpr long largest_layer_count = 1024;
+
 bool heeds(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
   return std::find(options.begin(), options.end(), option) != options.end();
-}
-
-const MethodInfo& info_of(Method method) {
-  return *std::find_if(methods().begin(), methods().end(), [&](const MethodInfo& info) { return info.method == method; });
 }
 
 std::vector<Method> chosen_methods(const std::vector<std::string>& names) {
@@ -86,9 +84,11 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
       ->option_text("2|4");
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
+  command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
   command
-      .add_option("--falloff", falloff, fmt::format("linear, bernstein, sine or disc (default: {})", name_of(defaults.falloff)))
-      ->option_text("F");
+      .add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024, or from the scene (default: {})", defaults.layers))
+      ->option_text("N|auto");
+  command.add_flag("--faithful", faithful, "As published, without this program's improvements");
   command.add_option("--resolution", resolution, "Instead of the scene's camera resolution")->option_text("WxH");
   command.add_option("--device", device, "OpenCL device: index, P:D or part of a name (see: devices)")->option_text("D");
   command.add_option("--threads", threads, "Threads of a CPU device, 0 for all cores (default: 0)")->option_text("N");
@@ -99,7 +99,9 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   for (const auto& [option, text] : {std::pair<std::string_view, const std::string&>{"light-res", light_res},
                                      {"pcf-filter", pcf_filter},
                                      {"smoothie-width", smoothie_width},
-                                     {"falloff", falloff}}) {
+                                     {"falloff", falloff},
+                                     {"layers", layers},
+                                     {"faithful", faithful ? "yes" : ""}}) {
     const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
     if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
     std::vector<std::string_view> names, heeding;
@@ -123,6 +125,10 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
+  if (!layers.empty()) {
+    settings.layers = layers == "auto" ? 0 : static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
+  }
+  settings.faithful = faithful;
 
   std::vector<Settings> all;
   for (Method method : chosen) {
@@ -159,7 +165,9 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     const bool automatic = settings.smoothie_width == 0;
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
-  if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(settings.falloff)));
+  if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
+  if (heeds(info, "layers")) entries.emplace_back("layers", settings.layers == 0 ? "auto" : fmt::format("{}", settings.layers));
+  if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
   return entries;
 }
 

@@ -185,7 +185,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies };
+enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -201,6 +201,8 @@ struct MethodInfo {
   std::string_view summary;  ///< one line
   std::string_view source;   ///< citation
   std::string_view options;  ///< names of the settings it heeds, separated by spaces
+  Falloff falloff;           ///< by default, for methods that heed it: the one with the least error
+  Falloff faithful_falloff;  ///< the one of its paper
 };
 
 /// Every method, in the order of the report.
@@ -210,14 +212,20 @@ Method method_from_name(std::string_view name);
 Falloff falloff_from_name(std::string_view name);
 std::string_view name_of(Method method);
 std::string_view name_of(Falloff falloff);
+const MethodInfo& info_of(Method method);
 
 struct Settings {
   Method method = Method::smoothies;
   unsigned light_resolution_px = 1024;  ///< upper bound of the light map's sides; it is fitted to what casts and receives
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
-  Falloff falloff = Falloff::sine;  ///< methods with a penumbra
+  std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
+  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024; 0: from the scene
+  bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
 };
+
+/// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
+Falloff chosen_falloff(const Settings& settings);
 
 // ------------------------------------------------------------------------------------------------------------- renderer
 
@@ -232,8 +240,8 @@ struct GBuffer {
   cl_mem normal = nullptr;
   /// float4: linear base colour. Only for shading; null where `face` tells it.
   cl_mem base_color = nullptr;
-  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or unknown.
-  /// Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
+  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or
+  /// unknown. Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
   cl_mem face = nullptr;
 };
 
