@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "error_figures.hpp"
@@ -15,9 +16,10 @@
 namespace halfshade {
 
 /// n stratified points of the unit disc: strata of equal area on a square, one jittered point in each, mapped to the disc by
-/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n. 16 consecutive ones lie
-/// together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre.
-std::vector<glm::dvec2> disc_samples(unsigned n);
+/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n and seed. 16 consecutive
+/// ones lie together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre. Another `seed`, other
+/// jitter.
+std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t seed = 0);
 
 /// The counted pixels of a G-buffer for one light, as origins of rays.
 struct RayReceivers {
@@ -62,6 +64,8 @@ struct RaySettings {
   unsigned more_samples = 0;
   /// Turns the pattern by another angle at every pixel, so that its error is noise. Without, every pixel has the same samples.
   bool rotate = true;
+  /// Of jitter and turns. The truth has one of its own: a rival with its samples would look better than it is.
+  std::uint32_t seed = 0;
   /// Samples of the unit disc (light space x, y) instead of disc_samples(samples). `samples` is then ignored.
   std::vector<glm::dvec2> pattern = {};
 };
@@ -71,7 +75,11 @@ struct RaySettings {
 std::vector<float> trace_visibility(const RayScene& scene, const Light& light, const RayReceivers& receivers,
                                     const RaySettings& settings, const std::function<void(double)>& progress = {});
 
-/// Truth planes on disk, by the content of what they depend on: meshes, transforms, light, receivers, number of samples.
+/// A name for all that a truth depends on: meshes, transforms, light, receivers, number of samples.
+std::string truth_key(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
+                      unsigned samples);
+
+/// Truth planes on disk, by their keys.
 class TruthCache {
  public:
   /// `folder` empty: $XDG_CACHE_HOME/halfshade, or ~/.cache/halfshade.
