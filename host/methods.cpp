@@ -8,7 +8,7 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 6> method_table{{
+constexpr std::array<MethodInfo, 7> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
      Falloff::linear},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
@@ -21,6 +21,8 @@ constexpr std::array<MethodInfo, 6> method_table{{
      "light-res falloff faithful", Falloff::disc, Falloff::bernstein},
     {Method::layered_fins, "layered-fins", "the same, layer by layer of depth: casters below one another", "Cai et al. 2006",
      "light-res layers falloff faithful", Falloff::disc, Falloff::bernstein},
+    {Method::light_samples, "light-samples", "the mean of hard shadows from points of the light", "Heckbert & Herf 1997",
+     "light-res samples", Falloff::linear, Falloff::linear},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};

@@ -418,7 +418,8 @@ struct Renderer::State {
 
   static bool has_fins(const Settings& settings, const Light& light) {
     if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || light.radius > 0.0;
-    return settings.method != Method::hard && settings.method != Method::pcf && light.radius > 0.0;
+    return light.radius > 0.0 && (settings.method == Method::penumbra_maps || settings.method == Method::fins ||
+                                  settings.method == Method::layered_fins);
   }
 
   static cl_uint layers_of(const Settings& settings) { return settings.method == Method::layered_fins ? settings.layers : 1; }
@@ -490,6 +491,23 @@ struct Renderer::State {
     return true;
   }
 
+  /// Shadow map after shadow map, each from another point of the disc; `out` counts those that see a pixel, then holds the mean.
+  void draw_samples(bool has_depth, glm::uvec2 size_px, const Light& light, const LightView& fitted, const Settings& settings,
+                    const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
+    for (cl_uint i = 0; i < settings.samples; ++i) {
+      const Light point = light_sample(light, fitted, i, settings.samples);
+      const LightView from = fit_light_view(point, placed, settings.light_resolution_px, device->tile_px);
+      const cl_uint casts = !from.casters.empty();
+      if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
+      HsReceiverView view = receiver_view(scene.camera, point, has_depth);
+      view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
+      launch_pixels("receive_sample", size_px, from.view, view, depth_or_position, normals, shadow_map.get(), casts, i, out,
+                    plane);
+    }
+    launch_pixels("receive_samples_end", size_px, whole_cone_view(light), receiver_view(scene.camera, light, has_depth),
+                  depth_or_position, normals, static_cast<cl_uint>(settings.samples), out, plane);
+  }
+
   /// Every pass of one light over a G-buffer.
   void draw_visibility(const GBuffer& gbuffer, std::size_t light_index, const Settings& settings, const cl::Buffer& out,
                        cl_uint plane) {
@@ -507,6 +525,8 @@ struct Renderer::State {
     };
     if (!casts)
       receive("receive_all");
+    else if (settings.method == Method::light_samples && settings.samples > 1 && light.radius > 0.0)
+      draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
     else if (!has_fins(settings, light))
@@ -562,9 +582,9 @@ struct Renderer::State {
           fmt::format("{}: light map resolution {}: expected 1 to {}", caller, settings.light_resolution_px, HS_MAX_RESOLUTION));
     if (settings.pcf_filter != 2 && settings.pcf_filter != 4)
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
-    if (settings.layers > HS_MAX_LAYERS)
-      throw InputError(
-          fmt::format("{}: {} layers: expected 1 to {}, or 0 (from the scene)", caller, settings.layers, HS_MAX_LAYERS));
+    if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
+      throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
+    if (settings.samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
     if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
       throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
                                    settings.smoothie_width));

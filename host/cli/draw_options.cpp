@@ -12,6 +12,7 @@ namespace halfshade {
 namespace {
 
 constexpr long largest_layer_count = 1024;
+constexpr long largest_sample_count = 1 << 20;
 
 bool heeds(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
@@ -85,9 +86,9 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
-  command
-      .add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024, or from the scene (default: {})", defaults.layers))
-      ->option_text("N|auto");
+  command.add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024 (default: {})", defaults.layers))->option_text("N");
+  command.add_option("--samples", samples, fmt::format("light-samples: points of the light (default: {})", defaults.samples))
+      ->option_text("N");
   command.add_flag("--faithful", faithful, "As published, without this program's improvements");
   command.add_option("--resolution", resolution, "Instead of the scene's camera resolution")->option_text("WxH");
   command.add_option("--device", device, "OpenCL device: index, P:D or part of a name (see: devices)")->option_text("D");
@@ -101,6 +102,7 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
                                      {"smoothie-width", smoothie_width},
                                      {"falloff", falloff},
                                      {"layers", layers},
+                                     {"samples", samples},
                                      {"faithful", faithful ? "yes" : ""}}) {
     const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
     if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
@@ -125,9 +127,8 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
-  if (!layers.empty()) {
-    settings.layers = layers == "auto" ? 0 : static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
-  }
+  if (!layers.empty()) settings.layers = static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
+  if (!samples.empty()) settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 1, largest_sample_count));
   settings.faithful = faithful;
 
   std::vector<Settings> all;
@@ -166,7 +167,8 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
   if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
-  if (heeds(info, "layers")) entries.emplace_back("layers", settings.layers == 0 ? "auto" : fmt::format("{}", settings.layers));
+  if (heeds(info, "layers")) entries.emplace_back("layers", fmt::format("{}", settings.layers));
+  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
   if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
   return entries;
 }

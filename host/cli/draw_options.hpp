@@ -17,7 +17,7 @@ namespace halfshade {
 struct DrawOptions {
   std::filesystem::path scene_path;
   std::vector<std::string> methods;
-  std::string light_res, pcf_filter, smoothie_width, falloff, layers, resolution, device, threads;
+  std::string light_res, pcf_filter, smoothie_width, falloff, layers, samples, resolution, device, threads;
   bool faithful = false;
 
   void add(CLI::App& command, std::string_view default_methods);

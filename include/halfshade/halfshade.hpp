@@ -185,7 +185,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins };
+enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, light_samples };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -220,7 +220,8 @@ struct Settings {
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
-  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024; 0: from the scene
+  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
+  unsigned samples = 64;                ///< points of the light's disc (method light_samples), at least 1
   bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
 };
 
