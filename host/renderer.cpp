@@ -637,8 +637,8 @@ Renderer::Renderer(std::shared_ptr<Device> device) : state_(std::make_unique<Sta
 }
 
 Renderer::~Renderer() {
-  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A caller's
-  // queue is the caller's to wait for.
+  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A
+  // caller's queue is the caller's to wait for.
   if (state_->device->owns_queue) clFinish(state_->device->cl_queue());
 }
 
