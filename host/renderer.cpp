@@ -239,7 +239,8 @@ struct Renderer::State {
   GrowingBuffer counters;  // LightCounters a light
 
   std::string label;  ///< whose stages are being timed
-  std::vector<std::pair<std::string, cl::Event>> timed;
+  std::vector<std::pair<std::string, cl::Event>> timed;  ///< stages of the last `render`
+  bool timing = false;                                   ///< in `render`, on a queue that profiles
   std::optional<Settings> rendered;    ///< what `render` last drew with
   std::vector<LightView> light_views;  ///< of the last frame, for statistics and light buffers
 
@@ -255,8 +256,8 @@ struct Renderer::State {
       cl_uint index = 0;
       (kernel.setArg(index++, args), ...);
       cl::Event event;
-      device->cl_queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, device->profiles ? &event : nullptr);
-      if (device->profiles) timed.emplace_back(fmt::format("{}/{}", label, name), std::move(event));
+      device->cl_queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, timing ? &event : nullptr);
+      if (timing) timed.emplace_back(fmt::format("{}/{}", label, name), std::move(event));
     } catch (const cl::Error& error) {
       throw DeviceError(fmt::format("kernel {}: {}: {}; global size {}x{}, local size {}x{}", name, error.what(),
                                     error_name(error.err()), global.get()[0], global.dimensions() > 1 ? global.get()[1] : 1,
@@ -716,6 +717,7 @@ void Renderer::render(const Settings& settings) {
   s.check(settings, "render");
   guarded("render", [&] {
     s.timed.clear();
+    s.timing = s.device->profiles;
     const std::size_t pixels = pixels_of(s.camera_list->view);
     s.visibility.at_least(*s.device, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * sizeof(cl_float), "visibility");
     s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
@@ -724,6 +726,7 @@ void Renderer::render(const Settings& settings) {
     for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
       s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light));
     s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get());
+    s.timing = false;
     s.device->cl_queue.finish();
     s.rendered = settings;
 
@@ -774,9 +777,7 @@ LightBuffers Renderer::read_light_buffers(std::size_t light) {
     // Lights take turns with the buffers, so this one's are drawn again.
     const LightView& fitted = s.light_views[light];
     LightBuffers buffers;
-    const std::vector<std::pair<std::string, cl::Event>> kept = s.timed;
     const bool casts = s.draw_light_buffers(light, fitted, *s.rendered);
-    s.timed = kept;
     if (!casts) return buffers;
     const cl::CommandQueue& queue = s.device->cl_queue;
     const HsView& view = fitted.view;
