@@ -8,12 +8,14 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 3> method_table{{
+constexpr std::array<MethodInfo, 4> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res"},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
      "Reeves, Salesin & Cook 1987", "light-res pcf-filter"},
     {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
      "Chan & Durand 2003", "light-res smoothie-width falloff"},
+    {Method::exact, "exact", "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise",
+     "halfshade", "light-res samples sample-pattern alias-free"},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};
@@ -34,6 +36,10 @@ std::string_view name_of(Method method) {
   throw std::logic_error("a method without an entry in method_table");
 }
 
+std::string_view name_of(SamplePattern pattern) {
+  return pattern == SamplePattern::fixed ? "fixed" : "rotated";
+}
+
 std::string_view name_of(Falloff falloff) {
   return falloff_names.at(static_cast<std::size_t>(falloff));
 }
@@ -51,6 +57,12 @@ Falloff falloff_from_name(std::string_view name) {
   for (std::size_t i = 0; i < falloff_names.size(); ++i)
     if (falloff_names[i] == name) return static_cast<Falloff>(i);
   throw InputError(fmt::format("unknown falloff '{}'; use one of: {}", name, fmt::join(falloff_names, ", ")));
+}
+
+SamplePattern sample_pattern_from_name(std::string_view name) {
+  for (const SamplePattern pattern : {SamplePattern::fixed, SamplePattern::rotated})
+    if (name == name_of(pattern)) return pattern;
+  throw InputError(fmt::format("unknown sample pattern '{}'; use one of: fixed, rotated", name));
 }
 
 }  // namespace halfshade

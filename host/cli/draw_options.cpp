@@ -91,6 +91,13 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command
       .add_option("--falloff", falloff, fmt::format("linear, bernstein, sine or disc (default: {})", name_of(defaults.falloff)))
       ->option_text("F");
+  command.add_option("--samples", samples, fmt::format("exact: points of the light (default: {})", defaults.samples))
+      ->option_text("16|64|256|1024");
+  command
+      .add_option("--sample-pattern", sample_pattern,
+                  fmt::format("exact: fixed, or rotated from pixel to pixel (default: {})", name_of(defaults.sample_pattern)))
+      ->option_text("P");
+  command.add_flag("--alias-free", alias_free, "exact: every pixel by geometry, none by the shadow map");
   command.add_option("--resolution", resolution, "Instead of the scene's camera resolution")->option_text("WxH");
   command.add_option("--device", device, "OpenCL device: index, P:D or part of a name (see: devices)")->option_text("D");
   command.add_option("--threads", threads, "Threads of a CPU device, 0 for all cores (default: 0)")->option_text("N");
@@ -98,10 +105,13 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
 
 std::vector<Settings> DrawOptions::settings(std::string_view default_methods) const {
   const std::vector<Method> chosen = chosen_methods(methods.empty() ? split(default_methods, ',') : methods);
-  for (const auto& [option, text] : {std::pair<std::string_view, const std::string&>{"light-res", light_res},
+  for (const auto& [option, text] : {std::pair<std::string_view, std::string>{"light-res", light_res},
                                      {"pcf-filter", pcf_filter},
                                      {"smoothie-width", smoothie_width},
-                                     {"falloff", falloff}}) {
+                                     {"falloff", falloff},
+                                     {"samples", samples},
+                                     {"sample-pattern", sample_pattern},
+                                     {"alias-free", alias_free ? "on" : ""}}) {
     const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
     if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
     std::vector<std::string_view> names, heeding;
@@ -125,6 +135,14 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
+
+  if (!samples.empty()) {
+    settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 16, 1024));
+    if (settings.samples != 16 && settings.samples != 64 && settings.samples != 256 && settings.samples != 1024)
+      throw InputError(fmt::format("--samples: expected 16, 64, 256 or 1024 (found '{}')", samples));
+  }
+  if (!sample_pattern.empty()) settings.sample_pattern = sample_pattern_from_name(sample_pattern);
+  settings.alias_free = alias_free;
 
   std::vector<Settings> all;
   for (Method method : chosen) {
@@ -162,6 +180,9 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
   if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(settings.falloff)));
+  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
+  if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
+  if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");
   return entries;
 }
 

@@ -184,7 +184,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies };
+enum class Method { hard, pcf, smoothies, exact };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -192,6 +192,12 @@ enum class Falloff {
   bernstein,  ///< 3x² − 2x³, Parker et al. as used by Wyman & Hansen §3
   sine,       ///< ½ − ½cos(πx), Chan & Durand §3.1
   disc,       ///< a straight edge across a disc, ½ + (asin u + u√(1−u²))/π with u = 2x − 1
+};
+
+/// Where on the light the sample points lie.
+enum class SamplePattern {
+  fixed,    ///< the same for every pixel: no noise, steps of 1/samples
+  rotated,  ///< turned by an angle of each pixel's own
 };
 
 struct MethodInfo {
@@ -208,7 +214,9 @@ std::span<const MethodInfo> methods();
 Method method_from_name(std::string_view name);
 Falloff falloff_from_name(std::string_view name);
 std::string_view name_of(Method method);
+SamplePattern sample_pattern_from_name(std::string_view name);
 std::string_view name_of(Falloff falloff);
+std::string_view name_of(SamplePattern pattern);
 
 struct Settings {
   Method method = Method::smoothies;
@@ -216,6 +224,9 @@ struct Settings {
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   Falloff falloff = Falloff::sine;  ///< methods with a penumbra
+  unsigned samples = 256;           ///< points of the light: 16, 64, 256 or 1024 (method exact)
+  SamplePattern sample_pattern = SamplePattern::fixed;
+  bool alias_free = false;  ///< decide every pixel by geometry, those far from any penumbra too (method exact)
 };
 
 // ------------------------------------------------------------------------------------------------------------- renderer
@@ -269,6 +280,8 @@ struct FrameStats {
     std::uint32_t silhouette_edges = 0, features = 0, feature_tile_references = 0, triangle_tile_references = 0;
     glm::uvec2 light_map_px{0, 0};
     bool skipped = false;  ///< nothing casts in this light's reach
+    /// Method exact: pixels where rounding made some depth complexity negative. A measure of numerical health: expected 0.
+    std::uint32_t negative_pixels = 0;
   };
   std::uint32_t triangles = 0, vertices = 0, edges = 0;
   std::vector<PerLight> lights;

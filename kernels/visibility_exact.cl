@@ -1,0 +1,785 @@
+// Exact soft shadows: centre-anchored depth complexity (DESIGN.md §5).
+//
+// For a receiver p and a point s of the light's disc, D(s) is the number of surfaces that the segment from p to s crosses; s is seen
+// iff D(s) = 0. Project the scene from p onto the light's plane (origin: the centre c). With sigma_f = +1 where p is before face f, the
+// projected triangle turns counter-clockwise, and D(s) = sum over faces of sigma_f times the winding number of the triangle about s.
+// Summed over edges, only silhouettes as seen from p remain, with multiplicity m_p(e) = sum of o(e,f) sigma_f:
+//
+//   D(s) = D(c) - sum of m_p(e) over edges A -> B that the path from c to s crosses from their left to their right
+//               + sum of m_p(e) over those that it crosses from right to left
+//
+// What keeps the sums whole in floating point: a face has one sign for one p, and a vertex one projection, whichever edge asks;
+// "c is left of AB" is one expression, in the edge's stored direction, in the walk as in the centre count; and which samples lie
+// between the directions of A and B is decided a vertex at a time, as their rank among the samples sorted by angle. The last is
+// also what makes it fast: an edge is tested only against the samples in its own wedge, mostly none or one of hundreds.
+
+// Pixels that share one culled list of edges, and the edges of one stretch of it.
+#if HS_LANES == 16
+#define HS_CHUNK 64
+#define HS_STRETCH 512
+#define v_as_int as_int16
+typedef short16 v_short;
+#define v_load_short(p) vload16(0, p)
+#define v_store_short(v, p) vstore16(v, 0, p)
+#define v_short_of convert_short16
+#define HS_LANE(v, i) (((const int*)&(v))[i])
+#define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
+inline int lane_count(int16 mask) {
+  const int8 a = mask.lo + mask.hi;
+  const int4 b = a.lo + a.hi;
+  const int2 c = b.lo + b.hi;
+  return -(c.x + c.y);
+}
+inline int short_lane_count(short16 mask) { return lane_count(convert_int16(mask)); }
+#else
+#define HS_CHUNK 1
+#define HS_STRETCH 1
+#define v_as_int as_int
+typedef short v_short;
+#define v_load_short(p) (*(p))
+#define v_store_short(v, p) (*(p) = (v))
+#define v_short_of(mask) ((short)-((mask) != 0))
+#define HS_LANE(v, i) (v)
+#define HS_FLOAT_LANE(v, i) (v)
+#define lane_count(mask) ((mask) != 0)
+#define short_lane_count(mask) ((mask) != 0)
+#endif
+
+// A surface nearer to a receiver than this part of its depth is the receiver itself.
+#define HS_BEYOND 0.99999905f  // 1 - 2^-20
+
+// -------------------------------------------------------------------------------------------------- potential silhouettes
+
+// planes: float4 a triangle: n and n . a in light space, unit where it has an area.
+// disc_sides: uchar a triangle: on which side of it (1: n . p >= n . a) a receiver lies if the segment from it to a point of the
+// disc crosses the face's plane; 2 where that depends on the point: the plane cuts the disc, |n . a| <= R |(n.x, n.y)|.
+__kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
+                                   const float radius, __global float4* planes, __global uchar* disc_sides) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count) {
+    const uint triangle = block.first + get_local_id(0);
+    const uint3 corner = vload3(triangle, triangles);
+    float3 anchor;
+    float3 n = face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor);
+    const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
+    if (largest > 0.0f) {
+      n /= largest;
+      n /= sqrt(dot(n, n));
+    }
+    const float w = dot(n, anchor);
+    // Rounding: of the normal and the product. Undecided is always right, only slower.
+    const float slack = 4e-6f * (fabs(anchor.x) + fabs(anchor.y) + fabs(anchor.z) + radius);
+    const bool decided = fabs(w) > radius * sqrt(n.x * n.x + n.y * n.y) + slack;
+    planes[triangle] = (float4)(n, w);
+    disc_sides[triangle] = decided ? (w > 0.0f ? 1 : 0) : 2;  // the disc is on the other side, that of the origin
+  }
+}
+
+// Appends one record; a.w and b.w carry its integers.
+inline void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
+                      __global HsStatus* status) {
+  HsEdge edge;
+  edge.a = (float4)(a, as_float(m));
+  edge.b = (float4)(b, as_float((o0 + 1) | (o1 + 1) << 2));
+  edge.plane0 = plane0;
+  edge.plane1 = plane1;
+  edges[atomic_inc(&status->feature_count)] = edge;
+}
+
+// The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
+inline bool clip_to_light_plane(float3* a, float3* b) {
+  if (!(fmax(a->z, b->z) > 0.0f)) return false;
+  const float3 from = *a, to = *b;
+  const float t = from.z / (from.z - to.z);
+  const float3 cut = (float3)(from.xy + (to.xy - from.xy) * t, 0.0f);
+  if (from.z < 0.0f) *a = cut;
+  if (to.z < 0.0f) *b = cut;
+  return true;
+}
+
+// edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Decided faces are
+// summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up.
+__kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends, __global const uint* edge_face_offsets,
+                            __global const uint* edge_faces, __global const uchar* disc_sides, __global const float4* planes,
+                            __global const float4* vertices_ls, __global HsEdge* edges, __global HsStatus* status) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count) {
+    const uint edge = block.first + get_local_id(0);
+    int m = 0, undecided = 0;
+    for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
+      const uint face = edge_faces[i];
+      const uint side = disc_sides[face >> 1];
+      const int o = (face & 1) ? -1 : 1;
+      if (side == 2)
+        ++undecided;
+      else
+        m += side ? o : -o;
+    }
+    const uint2 ends = edge_ends[edge];
+    float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
+    if ((m != 0 || undecided > 0) && clip_to_light_plane(&a, &b)) {
+      atomic_inc(&status->silhouette_count);
+      int pending = 0;
+      float4 pending_plane = (float4)(0.0f);
+      for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
+        const uint face = edge_faces[i];
+        if (disc_sides[face >> 1] != 2) continue;
+        const int o = (face & 1) ? -1 : 1;
+        if (pending == 0) {
+          pending = o;
+          pending_plane = planes[face >> 1];
+        } else {
+          emit_edge(a, b, m, pending, pending_plane, o, planes[face >> 1], edges, status);
+          m = 0;
+          pending = 0;
+        }
+      }
+      if (m != 0 || pending != 0) emit_edge(a, b, m, pending, pending_plane, 0, (float4)(0.0f), edges, status);
+    }
+  }
+}
+
+// Where a face passes through the light's own plane, what lies before it ends at a cut: an edge of its own.
+__kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* triangles, __global const uchar* disc_sides,
+                           __global const float4* planes, __global const float4* vertices_ls, const float radius,
+                           __global HsEdge* edges, __global HsStatus* status) {
+  const HsBlock block = blocks[get_group_id(0)];
+  if (get_local_id(0) < block.count) {
+    const uint triangle = block.first + get_local_id(0);
+    const uint3 corner = vload3(triangle, triangles);
+    const uint index[3] = {corner.x, corner.y, corner.z};
+    float3 leaving = (float3)(0.0f), entering = (float3)(0.0f);
+    int cuts = 0;
+    for (int i = 0; i < 3; ++i) {
+      const uint from = index[i], to = index[i < 2 ? i + 1 : 0];
+      float3 low = vertices_ls[min(from, to)].xyz, high = vertices_ls[max(from, to)].xyz;
+      if ((low.z < 0.0f) == (high.z < 0.0f)) continue;
+      const bool low_behind = low.z < 0.0f;
+      clip_to_light_plane(&low, &high);
+      const float3 cut = low_behind ? low : high;
+      if (low_behind == (from < to))
+        entering = cut;  // the loop comes from behind the plane
+      else
+        leaving = cut;
+      ++cuts;
+    }
+    if (cuts == 2) {
+      const float2 along = entering.xy - leaving.xy;
+      const float t = clamp(-dot(leaving.xy, along) / fmax(dot(along, along), 1e-30f), 0.0f, 1.0f);
+      const float2 nearest = leaving.xy + along * t;
+      const uint side = disc_sides[triangle];
+      if (dot(nearest, nearest) <= radius * radius * 1.01f)
+        emit_edge(leaving, entering, side == 2 ? 0 : side ? 1 : -1, side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f), edges,
+                  status);
+    }
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- binning
+
+// As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not, for
+// the centre count asks at any point of the map.
+__kernel void bound_triangles_wide(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+                                   __global const float4* vertices_vs, __global const int4* vertices_px, __global ushort4* rects,
+                                   __global uint* tile_counts, __global HsStatus* status) {
+  const HsBlock block = blocks[get_group_id(0)];
+  ushort4 rect = (ushort4)(0);
+  if (get_local_id(0) < block.count) {
+    const uint3 corner = vload3(block.first + get_local_id(0), triangles);
+    int4 polygon[HS_CLIP_VERTICES];
+    polygon[0] = vertices_px[corner.x];
+    polygon[1] = vertices_px[corner.y];
+    polygon[2] = vertices_px[corner.z];
+    const uint flags = as_uint(polygon[0].w | polygon[1].w | polygon[2].w);
+    int count = 3;
+    if (flags & HS_VERTEX_INVALID) {
+      atomic_inc(&status->dropped_triangle_count);
+      count = 0;
+    } else if (flags != 0) {
+      count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
+    }
+    if (count >= 3) {
+      int2 low = polygon[0].xy, high = polygon[0].xy;
+      for (int i = 1; i < count; ++i) {
+        low = min(low, polygon[i].xy);
+        high = max(high, polygon[i].xy);
+      }
+      rect = rect_of_texels(view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
+                            ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);
+      count_rect(rect, view.tiles_x, tile_counts);
+    }
+  }
+  rects[get_global_id(0)] = rect;
+}
+
+// The tile of a receiver, from its position in texels (centres at integers).
+inline vint tile_of(const HsView light, const Receiver* r) {
+  return row(light, v_int(rint(r->v))) / HS_TILE * (int)light.tiles_x + column(light, v_int(rint(r->u))) / HS_TILE;
+}
+
+// True if all lanes of `mask` hold the same tile, which is then *tile.
+inline bool one_tile(vint tiles, vint mask, int* tile) {
+  *tile = v_min(v_select((vint)(INT_MAX), tiles, mask));
+  return *tile == -v_min(v_select((vint)(INT_MAX), -tiles, mask));
+}
+
+// tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts: its receivers. Both must be 0.
+__kernel void bound_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                              __global const float4* normal, __global int* tile_far, __global uint* tile_counts) {
+  const int px = (int)get_global_id(0) * HS_LANES;
+  const int valid = min(HS_LANES, (int)view.width_px - px);
+  for (int strip = 0; strip < HS_STRIP; ++strip) {
+    const int py = (int)get_global_id(1) * HS_STRIP + strip;
+    if (valid <= 0 || py >= (int)view.height_px) break;
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
+    const vint mine = !r.decided & (v_iota < valid);
+    if (!v_any(mine)) continue;
+    const vint tiles = tile_of(light, &r), z_bits = v_as_int(r.z);
+    int tile;
+    if (one_tile(tiles, mine, &tile)) {
+      const int far = -v_min(v_select((vint)(0), -z_bits, mine));
+      if (far > tile_far[tile]) atomic_max(&tile_far[tile], far);
+      atomic_add(&tile_counts[tile], (uint)lane_count(mine));
+    } else {
+      for (int i = 0; i < HS_LANES; ++i) {
+        if (!HS_LANE(mine, i)) continue;
+        if (HS_LANE(z_bits, i) > tile_far[HS_LANE(tiles, i)]) atomic_max(&tile_far[HS_LANE(tiles, i)], HS_LANE(z_bits, i));
+        atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
+      }
+    }
+  }
+}
+
+// An edge's capsule in the map: it is seen before the disc from within R (d_edge - d_receiver) of its projection, a radius that is
+// linear along it, as is the projection in d = 1/z: the convex hull of two discs.
+typedef struct {
+  float2 a, b;    // texels
+  float da, db;   // 1/z
+  float2 normal;  // unit, across
+  bool everywhere;  // it comes too near to the light's plane to be projected
+} Capsule;
+
+inline Capsule capsule_of(const HsView view, float3 a, float3 b) {
+  Capsule c;
+  c.everywhere = fmin(a.z, b.z) < view.znear * 0.5f;
+  const float3 from = project_px(view, c.everywhere ? (float3)(0.0f, 0.0f, 1.0f) : a);
+  const float3 to = project_px(view, c.everywhere ? (float3)(0.0f, 0.0f, 1.0f) : b);
+  c.a = from.xy;
+  c.b = to.xy;
+  c.da = from.z;
+  c.db = to.z;
+  const float2 along = c.b - c.a;
+  const float length_px = sqrt(dot(along, along));
+  c.normal = length_px > 0.0f ? (float2)(-along.y, along.x) / length_px : (float2)(0.0f);
+  return c;
+}
+
+// Whether a receiver within `half_px` of `middle`, no farther than 1/d_far, can have the edge before its disc, or within
+// HS_NEAR_PX of it in the map.
+inline bool capsule_touches(const Capsule* c, float radius_px, float2 middle, float2 half_px, float d_far) {
+  if (c->everywhere) return true;
+  if (fmax(c->da, c->db) < d_far * HS_BEYOND) return false;
+  const float slack = HS_NEAR_PX + 0.25f;
+  const float ra = radius_px * fmax(c->da - d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - d_far, 0.0f) + slack;
+  const float2 low = fmin(c->a - ra, c->b - rb), high = fmax(c->a + ra, c->b + rb);
+  if (low.x > middle.x + half_px.x || low.y > middle.y + half_px.y || high.x < middle.x - half_px.x || high.y < middle.y - half_px.y)
+    return false;
+  return fabs(dot(c->normal, middle - c->a)) <= fmax(ra, rb) + dot(fabs(c->normal), half_px);
+}
+
+inline ushort4 capsule_rect(const HsView view, const Capsule* c, float radius_px) {
+  if (c->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
+  const float slack = HS_NEAR_PX + 0.25f;
+  const float ra = radius_px * fmax(c->da - view.d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - view.d_far, 0.0f) + slack;
+  return rect_of_points(view, fmin(c->a - ra, c->b - rb), fmax(c->a + ra, c->b + rb));
+}
+
+inline bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y, __global const float* tile_far) {
+  const float far = tile_far[y * view.tiles_x + x];
+  return far > 0.0f && capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
+}
+
+// Any number of work-items. tile_counts must be 0.
+__kernel void count_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
+                          __global const float* tile_far, __global uint* tile_counts) {
+  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
+    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
+    const ushort4 rect = capsule_rect(view, &c, radius_px);
+    for (uint y = rect.y; y < rect.w; ++y)
+      for (uint x = rect.x; x < rect.z; ++x)
+        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) atomic_inc(&tile_counts[y * view.tiles_x + x]);
+  }
+}
+
+__kernel void fill_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
+                         __global const float* tile_far, __global uint* tile_cursors, __global uint* refs, const uint capacity) {
+  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
+    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
+    const ushort4 rect = capsule_rect(view, &c, radius_px);
+    for (uint y = rect.y; y < rect.w; ++y)
+      for (uint x = rect.x; x < rect.z; ++x)
+        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) {
+          const uint slot = atomic_inc(&tile_cursors[y * view.tiles_x + x]);
+          if (slot < capacity) refs[slot] = i;
+        }
+  }
+}
+
+// Answers the receivers that no silhouette comes near by the shadow map, and lists the others, tile by tile.
+// listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
+__kernel void list_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                             __global const float4* normal, __global const float* shadow_map, __global const uint* edge_offsets,
+                             const uint all, __global uint* tile_cursors, __global uint* listed, __global float* visibility,
+                             const uint plane) {
+  const int px = (int)get_global_id(0) * HS_LANES;
+  const int valid = min(HS_LANES, (int)view.width_px - px);
+  for (int strip = 0; strip < HS_STRIP; ++strip) {
+    const int py = (int)get_global_id(1) * HS_STRIP + strip;
+    if (valid <= 0 || py >= (int)view.height_px) break;
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
+    vfloat result = r.visibility;
+    const vint mine = !r.decided & (v_iota < valid);
+    if (v_any(mine)) {
+      const vint tiles = tile_of(light, &r);
+      const int pixel = py * (int)view.width_px + px;
+      int tile;
+      bool any_by_map = false;
+      if (one_tile(tiles, mine, &tile)) {
+        if (all || edge_offsets[tile] != edge_offsets[tile + 1]) {
+          uint slot = atomic_add(&tile_cursors[tile], (uint)lane_count(mine));
+          for (int i = 0; i < HS_LANES; ++i)
+            if (HS_LANE(mine, i)) listed[slot++] = pixel + i;
+        } else {
+          any_by_map = true;
+        }
+      } else {
+        for (int i = 0; i < HS_LANES; ++i) {
+          if (!HS_LANE(mine, i)) continue;
+          const int t = HS_LANE(tiles, i);
+          if (all || edge_offsets[t] != edge_offsets[t + 1])
+            listed[atomic_inc(&tile_cursors[t])] = pixel + i;
+          else
+            any_by_map = true;
+        }
+      }
+      if (any_by_map) result = v_select(visibility_hard(light, &r, shadow_map), r.visibility, r.decided);
+    }
+    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- counting
+
+// Receivers that are counted together.
+typedef struct {
+  float x[HS_CHUNK], y[HS_CHUNK], z[HS_CHUNK];  // light space, lifted off their surface
+  float u[HS_CHUNK], v[HS_CHUNK];               // texels, centres at half-integers as rasterizers have it
+  float plane_d[HS_CHUNK], plane_dx[HS_CHUNK], plane_dy[HS_CHUNK];  // see Receiver
+  float3 low, high;      // bounds in light space
+  float2 low_px, high_px;
+  float d_far;           // 1/z of the farthest
+} Chunk;
+
+// Edges that some receiver of the chunk may have before its disc.
+typedef struct {
+  float ax[HS_STRETCH], ay[HS_STRETCH], az[HS_STRETCH], bx[HS_STRETCH], by[HS_STRETCH], bz[HS_STRETCH];
+  float n0x[HS_STRETCH], n0y[HS_STRETCH], n0z[HS_STRETCH], n0w[HS_STRETCH];
+  float n1x[HS_STRETCH], n1y[HS_STRETCH], n1z[HS_STRETCH], n1w[HS_STRETCH];
+  int m[HS_STRETCH], o0[HS_STRETCH], o1[HS_STRETCH];
+} Stretch;
+
+// A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
+// the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
+inline float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position, __global const float4* normal,
+                              float3* n_ls) {
+  float3 p;
+  float error;
+  if (view.has_depth) {
+    const float z = depth_or_position[pixel];
+    p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz + (float)(pixel / view.width_px) * view.ray_dy.xyz) +
+        view.origin.xyz;
+    error = z * sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) +
+            (z + fabs(view.origin.x) + fabs(view.origin.y) + fabs(view.origin.z)) * 5e-7f;
+  } else {
+    const float4 q = ((__global const float4*)depth_or_position)[pixel];
+    const float4 h = (float4)(q.xyz, 1.0f);
+    p = (float3)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h));
+    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) + fabs(view.from_world_z.w)) * 1e-6f;
+  }
+  const float3 n = normal[pixel].xyz;
+  *n_ls = (float3)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n));
+  return p + *n_ls * error;
+}
+
+inline void load_chunk(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
+                       __global const float* depth_or_position, __global const float4* normal, Chunk* chunk) {
+  chunk->low = (float3)(1e30f);
+  chunk->high = (float3)(-1e30f);
+  chunk->low_px = (float2)(1e30f);
+  chunk->high_px = (float2)(-1e30f);
+  for (int i = 0; i < HS_CHUNK; ++i) {
+    float3 n;
+    const float3 p = lifted_receiver(view, pixels[min(i, count - 1)], depth_or_position, normal, &n);
+    const float3 px = project_px(light, p);
+    chunk->x[i] = p.x;
+    chunk->y[i] = p.y;
+    chunk->z[i] = p.z;
+    chunk->u[i] = px.x;
+    chunk->v[i] = px.y;
+    const float inverse = 1.0f / fmin(dot(n, p), -1e-30f);
+    chunk->plane_d[i] = px.z;
+    chunk->plane_dx[i] = n.x * inverse / light.px_from_q.x;
+    chunk->plane_dy[i] = n.y * inverse / light.px_from_q.z;
+    chunk->low = fmin(chunk->low, p);
+    chunk->high = fmax(chunk->high, p);
+    chunk->low_px = fmin(chunk->low_px, px.xy);
+    chunk->high_px = fmax(chunk->high_px, px.xy);
+  }
+  chunk->d_far = 1.0f / chunk->high.z;
+}
+
+// The sign of a plane over a box: 1 or -1, or 0 if it cuts the box or comes too near.
+inline int side_of_box(float4 plane, float3 middle, float3 half_size) {
+  const float v = dot(plane.xyz, middle) - plane.w;
+  const float reach = dot(fabs(plane.xyz), half_size) + 1e-6f * (fabs(plane.w) + dot(fabs(plane.xyz), fabs(middle)));
+  return v > reach ? 1 : v < -reach ? -1 : 0;
+}
+
+// Copies the edge if a receiver of the chunk may need it. Faces whose side is the same for all of them are added to m.
+inline bool take_edge(const HsView light, float radius_px, const Chunk* chunk, __global const HsEdge* from, Stretch* to, int slot) {
+  const float4 a = from->a, b = from->b;
+  if (fmin(a.z, b.z) >= chunk->high.z) return false;
+  const float2 middle_px = 0.5f * (chunk->low_px + chunk->high_px), half_px = 0.5f * (chunk->high_px - chunk->low_px);
+  const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
+  if (!capsule_touches(&capsule, radius_px, middle_px, half_px, chunk->d_far)) return false;
+  const float3 middle = 0.5f * (chunk->low + chunk->high), half_size = 0.5f * (chunk->high - chunk->low);
+  int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
+  const float4 plane0 = from->plane0, plane1 = from->plane1;
+  if (o0 != 0) {
+    const int side = side_of_box(plane0, middle, half_size);
+    m += o0 * side;
+    if (side != 0) o0 = 0;
+  }
+  if (o1 != 0) {
+    const int side = side_of_box(plane1, middle, half_size);
+    m += o1 * side;
+    if (side != 0) o1 = 0;
+  }
+  if (m == 0 && o0 == 0 && o1 == 0) return false;
+  to->ax[slot] = a.x; to->ay[slot] = a.y; to->az[slot] = a.z;
+  to->bx[slot] = b.x; to->by[slot] = b.y; to->bz[slot] = b.z;
+  to->n0x[slot] = plane0.x; to->n0y[slot] = plane0.y; to->n0z[slot] = plane0.z; to->n0w[slot] = plane0.w;
+  to->n1x[slot] = plane1.x; to->n1y[slot] = plane1.y; to->n1z[slot] = plane1.z; to->n1w[slot] = plane1.w;
+  to->m[slot] = m; to->o0[slot] = o0; to->o1[slot] = o1;
+  return true;
+}
+
+// An edge projected from p onto the light's plane, its part at or beyond p cut off.
+typedef struct {
+  vfloat ax, ay, bx, by;
+  vfloat far_z;  // of the end farther from the light
+  vint seen;     // 0: all of it lies beyond p
+} ProjectedEdge;
+
+inline ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, vfloat px, vfloat py, vfloat pz) {
+  const vfloat limit = pz * HS_BEYOND;
+  const vint a_beyond = az > limit, b_beyond = bz > limit;
+  ProjectedEdge e;
+  e.seen = !(a_beyond & b_beyond);
+  if (v_any(a_beyond | b_beyond)) {
+    const vfloat t = (limit - bz) / v_select(az - bz, (vfloat)(1.0f), az == bz);
+    const vfloat cut_x = bx + (ax - bx) * t, cut_y = by + (ay - by) * t;
+    ax = v_select(ax, cut_x, a_beyond);
+    ay = v_select(ay, cut_y, a_beyond);
+    az = v_select(az, limit, a_beyond);
+    bx = v_select(bx, cut_x, b_beyond);
+    by = v_select(by, cut_y, b_beyond);
+    bz = v_select(bz, limit, b_beyond);
+  }
+  const vfloat ta = az / (pz - az), tb = bz / (pz - bz);
+  e.ax = ax + (ax - px) * ta;
+  e.ay = ay + (ay - py) * ta;
+  e.bx = bx + (bx - px) * tb;
+  e.by = by + (by - py) * tb;
+  e.far_z = fmax(az, bz);
+  return e;
+}
+
+// Grows with the angle from the x axis, 0 .. 4, a quarter turn being 1 (L1 norm). host/light_samples.cpp has the same.
+inline vfloat turn_of(vfloat x, vfloat y) {
+  const vfloat t = x / fmax(fabs(x) + fabs(y), 1e-30f);
+  return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
+}
+
+inline vint gather_int(__global const int* p, vint i) {
+#if HS_LANES == 16
+  return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb], p[i.sc],
+                 p[i.sd], p[i.se], p[i.sf]);
+#else
+  return p[i];
+#endif
+}
+
+// Samples before an angle in their order.
+inline vint rank_of(const HsDisc disc, __global const int* rank_table, __global const float* sample_turns, vfloat turn) {
+  vint rank = gather_int(rank_table, v_int(turn * disc.table_per_turn));
+  for (uint i = 0; i < disc.table_steps; ++i) rank -= v_gather(sample_turns, rank) < turn;
+  return rank;
+}
+
+// What the walk over the edges finds out about one receiver.
+typedef struct {
+  bool touched;  // its counts are set
+  bool near;     // a silhouette passes so near that the shadow map cannot be asked about the centre
+} Walk;
+
+// Adds the crossings of a stretch's edges to the counts of one receiver.
+inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, float px, float py, float pz, float cosine, float sine,
+                       __global const float* samples, __global const int* rank_table, short* counts, Walk* walk) {
+  const int n = (int)disc.sample_count;
+  __global const float* sample_x = samples;
+  __global const float* sample_y = samples + n;
+  __global const float* sample_turns = samples + 2 * n;
+  for (int i = 0; i < edge_count; i += HS_LANES) {
+    const vint front0 = v_load(edges->n0x + i) * px + v_load(edges->n0y + i) * py + v_load(edges->n0z + i) * pz >= v_load(edges->n0w + i);
+    const vint front1 = v_load(edges->n1x + i) * px + v_load(edges->n1y + i) * py + v_load(edges->n1z + i) * pz >= v_load(edges->n1w + i);
+    const vint o0 = v_load(edges->o0 + i), o1 = v_load(edges->o1 + i);
+    const vint m = v_load(edges->m + i) + v_select(-o0, o0, front0) + v_select(-o1, o1, front1);
+    if (!v_any(m != 0)) continue;
+    const ProjectedEdge e = project_edge(v_load(edges->ax + i), v_load(edges->ay + i), v_load(edges->az + i), v_load(edges->bx + i),
+                                         v_load(edges->by + i), v_load(edges->bz + i), px, py, pz);
+    const vint live = (m != 0) & e.seen;
+
+    // Distance from the centre. The line is held by its nearer end: the other may be very far.
+    vfloat ex = e.bx - e.ax, ey = e.by - e.ay;
+    const vfloat a2 = e.ax * e.ax + e.ay * e.ay, b2 = e.bx * e.bx + e.by * e.by;
+    const vfloat inverse = 1.0f / fmax(ex * ex + ey * ey, 1e-30f);
+    vfloat c = v_select(e.bx * ey - e.by * ex, e.ax * ey - e.ay * ex, a2 <= b2);
+    const vfloat line2 = c * c * inverse;
+    const vint foot_inside = (e.ax * ex + e.ay * ey < 0.0f) & (e.bx * ex + e.by * ey > 0.0f);
+    const vfloat distance2 = v_select(fmin(a2, b2), line2, foot_inside);
+    const vfloat near = disc.near_q * e.far_z * pz / (pz - e.far_z);
+    if (v_any(live & (distance2 <= near * near))) walk->near = true;
+    const vint reaches = live & (distance2 < disc.reach2);
+    if (!v_any(reaches)) continue;
+
+    // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
+    // the edges that meet there agree about every sample.
+    const vfloat half_chord = sqrt(fmax(disc.reach2 - line2, 0.0f) * inverse);
+    const vfloat foot_x = c * ey * inverse, foot_y = -c * ex * inverse;
+    const vint a_out = a2 > disc.reach2, b_out = b2 > disc.reach2;
+    vfloat ax = v_select(e.ax, foot_x - ex * half_chord, a_out), ay = v_select(e.ay, foot_y - ey * half_chord, a_out);
+    vfloat bx = v_select(e.bx, foot_x + ex * half_chord, b_out), by = v_select(e.by, foot_y + ey * half_chord, b_out);
+    if (disc.rotated) {
+      vfloat t;
+      t = ax * cosine - ay * sine; ay = ax * sine + ay * cosine; ax = t;
+      t = bx * cosine - by * sine; by = bx * sine + by * cosine; bx = t;
+      t = ex * cosine - ey * sine; ey = ex * sine + ey * cosine; ex = t;
+    }
+    const vfloat turn_a = turn_of(ax, ay), turn_b = turn_of(bx, by);
+    vfloat turned = turn_b - turn_a;
+    turned += v_select((vfloat)(0.0f), (vfloat)(4.0f), turned < -2.0f) - v_select((vfloat)(0.0f), (vfloat)(4.0f), turned >= 2.0f);
+    // Beyond a quarter turn the edge passes before the centre, and the side it passes on is the centre count's decision too.
+    const vint centre_left = v_select(turned > 0.0f, e.ax * e.by - e.ay * e.bx > 0.0f, fabs(turned) > 1.0f);
+    const vint rank_a = rank_of(disc, rank_table, sample_turns, turn_a), rank_b = rank_of(disc, rank_table, sample_turns, turn_b);
+    const vint first = v_select(rank_b, rank_a, centre_left);
+    vint last = v_select(rank_a, rank_b, centre_left);
+    last += v_select((vint)(0), (vint)(n), last < first);
+    const vint hides = reaches & (first != last);
+    if (!v_any(hides)) continue;
+
+    // The edge is crossed by s in the wedge with c - s x e beyond it. The walk from right to left is that of the edge reversed.
+    const vfloat direction = v_select((vfloat)(-1.0f), (vfloat)(1.0f), centre_left);
+    c *= direction;
+    ex *= direction * disc.radius;
+    ey *= direction * disc.radius;
+    const vint crossings = v_select(m, -m, centre_left);
+    if (!walk->touched) {
+      walk->touched = true;
+      for (int k = 0; k < n; k += HS_LANES) v_store_short((v_short)(0), counts + k);
+    }
+    for (int lane = 0; lane < HS_LANES; ++lane) {
+      if (!HS_LANE(hides, lane)) continue;
+      const int begin = HS_LANE(first, lane), end = HS_LANE(last, lane);
+      const float lane_c = HS_FLOAT_LANE(c, lane), lane_ex = HS_FLOAT_LANE(ex, lane), lane_ey = HS_FLOAT_LANE(ey, lane);
+      const short lane_m = (short)HS_LANE(crossings, lane);
+      for (int k = begin & -HS_LANES; k < end; k += HS_LANES) {
+        const int at = k & (n - 1);
+        const vint ks = k + v_iota;
+        const vint crossed = (ks >= begin) & (ks < end) & (v_load(sample_x + at) * lane_ey - v_load(sample_y + at) * lane_ex > lane_c);
+        v_store_short(v_load_short(counts + at) + (v_short_of(crossed) & lane_m), counts + at);
+      }
+    }
+  }
+}
+
+// Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.
+// 0: something does, 1: nothing, lit; 2: whatever does is so near that it may be the receiver's own surface.
+inline int lit_by_map(const HsView light, __global const float* shadow_map, const Chunk* chunk, int i) {
+  const int x = clamp(convert_int_rtn(chunk->u[i]), 0, (int)light.width_px - 1), y = clamp(convert_int_rtn(chunk->v[i]), 0, (int)light.height_px - 1);
+  const float d = chunk->plane_d[i], dx = chunk->plane_dx[i], dy = chunk->plane_dy[i];
+  const float slope = fabs(dx) + fabs(dy);
+  int result = 1;
+  for (int ty = max(y - 1, 0); ty <= min(y + 1, (int)light.height_px - 1); ++ty)
+    for (int tx = max(x - 1, 0); tx <= min(x + 1, (int)light.width_px - 1); ++tx) {
+      const float plane_d = d + dx * ((float)tx + 0.5f - chunk->u[i]) + dy * ((float)ty + 0.5f - chunk->v[i]);
+      const float map_d = 1.0f / shadow_map[ty * (int)light.width_px + tx];
+      if (map_d > plane_d + slope * (1.0f / 64.0f) + d * 4e-6f) result = 2;
+    }
+  if (result == 2) {
+    const float map_d = 1.0f / shadow_map[y * (int)light.width_px + x];
+    if (map_d > d * 1.01f + 2.0f * slope) result = 0;
+  }
+  return result;
+}
+
+// Which side of the edge a -> b, projected from p, the light's centre is on: not 0 for left. The walk's own decision where it has one.
+inline vint centre_is_left(float3 a, float3 b, vfloat px, vfloat py, vfloat pz) {
+  const ProjectedEdge e = project_edge(a.x, a.y, a.z, b.x, b.y, b.z, px, py, pz);
+  const float3 normal = cross(a, b);
+  return v_select(normal.x * px + normal.y * py + normal.z * pz > 0.0f, e.ax * e.by - e.ay * e.bx > 0.0f, e.seen);
+}
+
+// D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
+inline void count_centre(const HsView view, const Chunk* chunk, const int* asking, int asking_count, uint tile,
+                         __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects, __global const uint* offsets,
+                         __global const uint* refs, uint capacity, __global const uint* triangles, __global const float4* vertices_ls,
+                         __global const int4* vertices_px, __global const float4* planes, int* crossings) {
+  float xs[HS_CHUNK], ys[HS_CHUNK], zs[HS_CHUNK];
+  float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
+  float far_z = 0.0f;
+  for (int i = 0; i < HS_CHUNK; ++i) {
+    const int from = asking[min(i, asking_count - 1)];
+    xs[i] = chunk->x[from];
+    ys[i] = chunk->y[from];
+    zs[i] = chunk->z[from];
+    crossings[i] = 0;
+    low_px = fmin(low_px, (float2)(chunk->u[from], chunk->v[from]));
+    high_px = fmax(high_px, (float2)(chunk->u[from], chunk->v[from]));
+    far_z = fmax(far_z, chunk->z[from]);
+  }
+  const float2 mid_px = (float2)(view.mid_x_px, view.mid_y_px);
+  const int2 low = convert_int2_rtn((low_px - mid_px) * (float)HS_SUBPIXEL) - 4;
+  const int2 high = convert_int2_rtp((high_px - mid_px) * (float)HS_SUBPIXEL) + 4;
+
+  const bool overflow = bins_overflow(offsets, view.tiles_x * view.tiles_y, capacity);
+  const uint begin = overflow ? 0 : offsets[tile], end = overflow ? slot_count : offsets[tile + 1];
+  for (uint i = begin; i < end; ++i) {
+    if (overflow && !rect_has(rects[i], tile, view.tiles_x)) continue;
+    const uint triangle = overflow ? blocks[i / HS_BLOCK_SIZE].first + i % HS_BLOCK_SIZE : refs[i];
+    uint3 corner = vload3(triangle, triangles);
+    const int4 a_px = vertices_px[corner.x], b_px = vertices_px[corner.y], c_px = vertices_px[corner.z];
+    if ((a_px.w | b_px.w | c_px.w) == 0) {
+      const int2 least = min(a_px.xy, min(b_px.xy, c_px.xy)), most = max(a_px.xy, max(b_px.xy, c_px.xy));
+      if (most.x < low.x || most.y < low.y || least.x > high.x || least.y > high.y) continue;
+    }
+    // Corners in the order of their numbers, for every edge is decided in its stored direction.
+    int odd = 1;
+    uint swap;
+    if (corner.y < corner.x) { swap = corner.x; corner.x = corner.y; corner.y = swap; odd = -odd; }
+    if (corner.z < corner.y) { swap = corner.y; corner.y = corner.z; corner.z = swap; odd = -odd; }
+    if (corner.y < corner.x) { swap = corner.x; corner.x = corner.y; corner.y = swap; odd = -odd; }
+    const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
+    if (fmin(a.z, fmin(b.z, c.z)) >= far_z) continue;
+    const float4 f = planes[triangle];
+    for (int k = 0; k < asking_count; k += HS_LANES) {
+      const vfloat px = v_load(xs + k), py = v_load(ys + k), pz = v_load(zs + k);
+      const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
+      const vint between = 0.0f >= f.w ? !front : front;
+      if (!v_any(between)) continue;
+      const vint ab = centre_is_left(a, b, px, py, pz), bc = centre_is_left(b, c, px, py, pz), ac = centre_is_left(a, c, px, py, pz);
+      const vint turns = v_select((vint)(0), (vint)(1), (ab & bc & !ac) != 0) - v_select((vint)(0), (vint)(1), (!ab & !bc & ac) != 0);
+      const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
+      v_store(v_load(crossings + k) + crossed, crossings + k);
+    }
+  }
+}
+
+// A per-pixel angle for rotated samples, as its cosine and sine.
+inline float2 rotation_of(uint pixel) {
+  uint h = pixel * 0x9e3779b9u;
+  h = (h ^ (h >> 16)) * 0x85ebca6bu;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  h ^= h >> 16;
+  const float angle = (float)(h >> 8) * (6.28318531f / 16777216.0f);
+  return (float2)(cos(angle), sin(angle));
+}
+
+// Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
+// samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinities.
+__kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc, __global const float* depth_or_position,
+                            __global const float4* normal, __global const float* shadow_map, __global const HsEdge* edges,
+                            __global const uint* edge_offsets, __global const uint* edge_refs, const uint edge_capacity,
+                            __global const float* samples, __global const int* rank_table, __global const HsBlock* blocks,
+                            const uint slot_count, __global const ushort4* rects, __global const uint* triangle_offsets,
+                            __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
+                            __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
+                            __global const uint* receiver_offsets, __global const uint* receiver_ends, __global const uint* listed,
+                            __global int* queue, __global float* visibility, const uint plane, __global HsStatus* status) {
+  const uint tile_count = light.tiles_x * light.tiles_y;
+  const bool overflow = bins_overflow(edge_offsets, tile_count, edge_capacity);
+  Chunk chunk;
+  Stretch stretch;
+  short counts[HS_CHUNK * HS_MAX_SAMPLES];
+  Walk walks[HS_CHUNK];
+  float2 rotations[HS_CHUNK];
+  int asking[HS_CHUNK], crossings[HS_CHUNK];
+  const int n = (int)disc.sample_count;
+#if HS_LANES == 16
+  for (uint tile = atomic_inc(queue); tile < tile_count; tile = atomic_inc(queue)) {
+    for (uint first = receiver_offsets[tile]; first < receiver_ends[tile]; first += HS_CHUNK) {
+#else
+  {
+    const uint tile = get_group_id(0);
+    for (uint first = receiver_offsets[tile] + get_local_id(0); first < receiver_ends[tile]; first += get_local_size(0)) {
+#endif
+      const int count = min((int)(receiver_ends[tile] - first), HS_CHUNK);
+      load_chunk(light, view, listed + first, count, depth_or_position, normal, &chunk);
+      for (int i = 0; i < count; ++i) {
+        walks[i].touched = walks[i].near = false;
+        if (disc.rotated) rotations[i] = rotation_of(listed[first + i]);
+      }
+      const uint begin = overflow ? 0 : edge_offsets[tile], end = overflow ? status->feature_count : edge_offsets[tile + 1];
+      for (uint e = begin; e < end;) {
+        int taken = 0;
+        for (; e < end && taken < HS_STRETCH; ++e)
+          if (take_edge(light, disc.radius_px, &chunk, edges + (overflow ? e : edge_refs[e]), &stretch, taken)) ++taken;
+        for (int i = taken; i & (HS_LANES - 1); ++i) stretch.m[i] = stretch.o0[i] = stretch.o1[i] = 0;
+        if (taken > 0)
+          for (int i = 0; i < count; ++i)
+            walk_edges(&stretch, taken, disc, chunk.x[i], chunk.y[i], chunk.z[i], rotations[i].x, rotations[i].y, samples, rank_table,
+                       counts + i * HS_MAX_SAMPLES, &walks[i]);
+      }
+
+      // The centre: by the map where it is clear, else by counting.
+      int asking_count = 0;
+      int centre[HS_CHUNK];
+      for (int i = 0; i < count; ++i) {
+        const int lit = walks[i].near ? 2 : lit_by_map(light, shadow_map, &chunk, i);
+        centre[i] = lit == 1 ? 0 : 1;
+        if (lit == 2 || (lit == 0 && walks[i].touched)) asking[asking_count++] = i;
+      }
+      if (asking_count > 0) {
+        count_centre(light, &chunk, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
+                     triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
+        for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
+      }
+
+      for (int i = 0; i < count; ++i) {
+        float seen = centre[i] == 0 ? 1.0f : 0.0f;
+        bool negative = centre[i] < 0;
+        if (walks[i].touched) {
+          int seen_count = 0;
+          for (int k = 0; k < n; k += HS_LANES) {
+            const v_short depth = v_load_short(counts + i * HS_MAX_SAMPLES + k) + (v_short)((short)centre[i]);
+            seen_count += short_lane_count(depth == (short)0);
+            negative |= short_lane_count(depth < (short)0) != 0;
+          }
+          seen = (float)seen_count / (float)n;
+        }
+        if (negative) atomic_inc(&status->negative_count);
+        visibility[(size_t)plane * view.width_px * view.height_px + listed[first + i]] = seen;
+      }
+    }
+  }
+}
