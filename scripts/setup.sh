@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(
   # to build
   ca-certificates cmake g++ git ninja-build pkg-config
-  libcli11-dev libfmt-dev libglm-dev libopenimageio-dev libtinyobjloader-dev nlohmann-json3-dev
+  libcli11-dev libembree-dev libfmt-dev libglm-dev libopenimageio-dev libtinyobjloader-dev nlohmann-json3-dev
   ocl-icd-opencl-dev opencl-clhpp-headers opencl-headers
   # to run: an OpenCL device on the CPU, and the bunny that one scene shows
   glmark2-data pocl-opencl-icd

@@ -14,6 +14,9 @@ void add_render(CLI::App& program);
 void add_bench(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_methods(CLI::App& program);
+#ifdef HALFSHADE_HAS_REPORT
+void add_report(CLI::App& program);
+#endif
 
 /// Prints the topology of each mesh file.
 void run_inspect(const std::vector<std::filesystem::path>& meshes, bool json);

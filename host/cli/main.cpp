@@ -62,6 +62,9 @@ int main(int argument_count, char** arguments) {
       "  halfshade inspect data/meshes/torus.obj\n");
   halfshade::add_render(program);
   halfshade::add_bench(program);
+#ifdef HALFSHADE_HAS_REPORT
+  halfshade::add_report(program);
+#endif
   add_inspect(program);
   halfshade::add_devices(program);
   halfshade::add_methods(program);
