@@ -7,9 +7,15 @@
 
 namespace halfshade {
 
-/// `count` (a power of 4) stratified points of the unit disc, always the same: one in each cell of a jittered grid, mapped by
-/// Shirley & Chiu's concentric map (A Low Distortion Map Between Disk and Square, 1997), which keeps areas.
-std::vector<glm::dvec2> disc_samples(unsigned count);
+/// O'Neill's PCG output permutation as a hash of one word. kernels/visibility_exact.cl has the same.
+std::uint32_t hash_of(std::uint32_t x);
+/// A hash as a number in (0, 1).
+double unit_of(std::uint32_t hash);
+
+/// n stratified points of the unit disc: strata of equal area on a square, one jittered point in each, mapped to the disc by
+/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n. 16 consecutive ones lie
+/// together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre.
+std::vector<glm::dvec2> disc_samples(unsigned n);
 
 /// Samples as kernels/visibility_exact.cl reads them.
 struct SampleTable {

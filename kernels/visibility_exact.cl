@@ -24,6 +24,7 @@ typedef short16 v_short;
 #define v_short_of convert_short16
 #define HS_LANE(v, i) (((const int*)&(v))[i])
 #define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
+#define HS_SET_LANE(v, i) (((int*)&(v))[i] = -1)
 inline int lane_count(int16 mask) {
   const int8 a = mask.lo + mask.hi;
   const int4 b = a.lo + a.hi;
@@ -41,6 +42,7 @@ typedef short v_short;
 #define v_short_of(mask) ((short)-((mask) != 0))
 #define HS_LANE(v, i) (v)
 #define HS_FLOAT_LANE(v, i) (v)
+#define HS_SET_LANE(v, i) ((v) = -1)
 #define lane_count(mask) ((mask) != 0)
 #define short_lane_count(mask) ((mask) != 0)
 #endif
@@ -325,6 +327,11 @@ __kernel void fill_edges(const HsView view, const float radius_px, __global cons
   }
 }
 
+// By the map: a surface whose 1/z in a texel is at most the receiver's plane there plus the first is the receiver's own or beyond it;
+// one whose 1/z is more than the second stands before it whatever the surface does within two texels.
+#define HS_SAME_SURFACE(d, slope) ((slope) * (1.0f / 64.0f) + (d) * 4e-6f)
+#define HS_CLEARLY_BEFORE(d, slope) ((d) * 1.01f + 2.0f * (slope))
+
 // Answers the receivers that no silhouette comes near by the shadow map, and lists the others, tile by tile.
 // listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
 __kernel void list_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
@@ -341,28 +348,30 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
     const vint mine = !r.decided & (v_iota < valid);
     if (v_any(mine)) {
       const vint tiles = tile_of(light, &r);
-      const int pixel = py * (int)view.width_px + px;
       int tile;
-      bool any_by_map = false;
-      if (one_tile(tiles, mine, &tile)) {
-        if (all || edge_offsets[tile] != edge_offsets[tile + 1]) {
-          uint slot = atomic_add(&tile_cursors[tile], (uint)lane_count(mine));
+      const bool together = one_tile(tiles, mine, &tile);
+      vint chosen = mine;
+      if (!all && !(together && edge_offsets[tile] != edge_offsets[tile + 1])) {
+        const vint x = column(light, v_int(rint(r.u))), y = row(light, v_int(rint(r.v)));
+        const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
+        const vfloat slope = fabs(r.plane_dx) + fabs(r.plane_dy);
+        const vfloat plane_d = r.plane_d + r.plane_dx * (v_float(x) - r.u) + r.plane_dy * (v_float(y) - r.v);
+        const vint lit = z_map * (plane_d + HS_SAME_SURFACE(r.plane_d, slope)) >= 1.0f;
+        const vint dark = z_map * HS_CLEARLY_BEFORE(r.plane_d, slope) < 1.0f;
+        chosen = mine & !(lit | dark);
+        if (!together)
           for (int i = 0; i < HS_LANES; ++i)
-            if (HS_LANE(mine, i)) listed[slot++] = pixel + i;
-        } else {
-          any_by_map = true;
-        }
-      } else {
+            if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1]) HS_SET_LANE(chosen, i);
+        result = v_select(v_select((vfloat)(0.0f), (vfloat)(1.0f), lit), r.visibility, r.decided);
+      }
+      if (v_any(chosen)) {
+        const uint pixel = (uint)py * view.width_px + (uint)px;
+        uint slot = together ? atomic_add(&tile_cursors[tile], (uint)lane_count(chosen)) : 0;
         for (int i = 0; i < HS_LANES; ++i) {
-          if (!HS_LANE(mine, i)) continue;
-          const int t = HS_LANE(tiles, i);
-          if (all || edge_offsets[t] != edge_offsets[t + 1])
-            listed[atomic_inc(&tile_cursors[t])] = pixel + i;
-          else
-            any_by_map = true;
+          if (!HS_LANE(chosen, i)) continue;
+          listed[together ? slot++ : atomic_inc(&tile_cursors[HS_LANE(tiles, i)])] = pixel + i;
         }
       }
-      if (any_by_map) result = v_select(visibility_hard(light, &r, shadow_map), r.visibility, r.decided);
     }
     store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
   }
@@ -398,8 +407,8 @@ inline float3 lifted_receiver(const HsReceiverView view, uint pixel, __global co
     const float z = depth_or_position[pixel];
     p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz + (float)(pixel / view.width_px) * view.ray_dy.xyz) +
         view.origin.xyz;
-    error = z * sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) +
-            (z + fabs(view.origin.x) + fabs(view.origin.y) + fabs(view.origin.z)) * 5e-7f;
+    error = z * (sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) + 0x1p-21f) +
+            fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))) * 0x1p-23f;
   } else {
     const float4 q = ((__global const float4*)depth_or_position)[pixel];
     const float4 h = (float4)(q.xyz, 1.0f);
@@ -474,6 +483,13 @@ inline bool take_edge(const HsView light, float radius_px, const Chunk* chunk, _
   return true;
 }
 
+// A point's place in the light map relative to p's, times both depths.
+inline vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) { return a * pz - p * az; }
+
+// Whether the light's centre, as seen from p, is left of the edge a -> b, given by map_x and in its stored direction. The one place
+// where it is decided.
+inline vint left_of_centre(vfloat ax, vfloat ay, vfloat bx, vfloat by) { return ax * by - ay * bx > 0.0f; }
+
 // An edge projected from p onto the light's plane, its part at or beyond p cut off.
 typedef struct {
   vfloat ax, ay, bx, by;
@@ -546,8 +562,9 @@ inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, 
     const vint o0 = v_load(edges->o0 + i), o1 = v_load(edges->o1 + i);
     const vint m = v_load(edges->m + i) + v_select(-o0, o0, front0) + v_select(-o1, o1, front1);
     if (!v_any(m != 0)) continue;
-    const ProjectedEdge e = project_edge(v_load(edges->ax + i), v_load(edges->ay + i), v_load(edges->az + i), v_load(edges->bx + i),
-                                         v_load(edges->by + i), v_load(edges->bz + i), px, py, pz);
+    const vfloat ax_ls = v_load(edges->ax + i), ay_ls = v_load(edges->ay + i), az_ls = v_load(edges->az + i);
+    const vfloat bx_ls = v_load(edges->bx + i), by_ls = v_load(edges->by + i), bz_ls = v_load(edges->bz + i);
+    const ProjectedEdge e = project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
     const vint live = (m != 0) & e.seen;
 
     // Distance from the centre. The line is held by its nearer end: the other may be very far.
@@ -580,7 +597,10 @@ inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, 
     vfloat turned = turn_b - turn_a;
     turned += v_select((vfloat)(0.0f), (vfloat)(4.0f), turned < -2.0f) - v_select((vfloat)(0.0f), (vfloat)(4.0f), turned >= 2.0f);
     // Beyond a quarter turn the edge passes before the centre, and the side it passes on is the centre count's decision too.
-    const vint centre_left = v_select(turned > 0.0f, e.ax * e.by - e.ay * e.bx > 0.0f, fabs(turned) > 1.0f);
+    const vint centre_left = v_select(turned > 0.0f,
+                                      left_of_centre(map_x(ax_ls, az_ls, px, pz), map_x(ay_ls, az_ls, py, pz),
+                                                     map_x(bx_ls, bz_ls, px, pz), map_x(by_ls, bz_ls, py, pz)),
+                                      fabs(turned) > 1.0f);
     const vint rank_a = rank_of(disc, rank_table, sample_turns, turn_a), rank_b = rank_of(disc, rank_table, sample_turns, turn_b);
     const vint first = v_select(rank_b, rank_a, centre_left);
     vint last = v_select(rank_a, rank_b, centre_left);
@@ -624,20 +644,20 @@ inline int lit_by_map(const HsView light, __global const float* shadow_map, cons
     for (int tx = max(x - 1, 0); tx <= min(x + 1, (int)light.width_px - 1); ++tx) {
       const float plane_d = d + dx * ((float)tx + 0.5f - chunk->u[i]) + dy * ((float)ty + 0.5f - chunk->v[i]);
       const float map_d = 1.0f / shadow_map[ty * (int)light.width_px + tx];
-      if (map_d > plane_d + slope * (1.0f / 64.0f) + d * 4e-6f) result = 2;
+      if (map_d > plane_d + HS_SAME_SURFACE(d, slope)) result = 2;
     }
   if (result == 2) {
     const float map_d = 1.0f / shadow_map[y * (int)light.width_px + x];
-    if (map_d > d * 1.01f + 2.0f * slope) result = 0;
+    if (map_d > HS_CLEARLY_BEFORE(d, slope)) result = 0;
   }
   return result;
 }
 
-// Which side of the edge a -> b, projected from p, the light's centre is on: not 0 for left. The walk's own decision where it has one.
-inline vint centre_is_left(float3 a, float3 b, vfloat px, vfloat py, vfloat pz) {
-  const ProjectedEdge e = project_edge(a.x, a.y, a.z, b.x, b.y, b.z, px, py, pz);
-  const float3 normal = cross(a, b);
-  return v_select(normal.x * px + normal.y * py + normal.z * pz > 0.0f, e.ax * e.by - e.ay * e.bx > 0.0f, e.seen);
+// How the centre's direction from p, drawn into the light map, passes an edge a -> b given there relative to p (as left_of_centre
+// has it): +1 where it crosses the half-line y = 0, x > 0 upwards, -1 downwards. Summed over a triangle, its winding number.
+inline vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
+  const vint a_up = ay >= 0.0f, b_up = by >= 0.0f, left = left_of_centre(ax, ay, bx, by);
+  return v_select((vint)(0), (vint)(1), !a_up & b_up & left) - v_select((vint)(0), (vint)(1), a_up & !b_up & !left);
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
@@ -687,22 +707,30 @@ inline void count_centre(const HsView view, const Chunk* chunk, const int* askin
       const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
       const vint between = 0.0f >= f.w ? !front : front;
       if (!v_any(between)) continue;
-      const vint ab = centre_is_left(a, b, px, py, pz), bc = centre_is_left(b, c, px, py, pz), ac = centre_is_left(a, c, px, py, pz);
-      const vint turns = v_select((vint)(0), (vint)(1), (ab & bc & !ac) != 0) - v_select((vint)(0), (vint)(1), (!ab & !bc & ac) != 0);
+      const vfloat ax = map_x(a.x, a.z, px, pz), ay = map_x(a.y, a.z, py, pz);
+      const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
+      const vfloat cx = map_x(c.x, c.z, px, pz), cy = map_x(c.y, c.z, py, pz);
+      vint turns;
+      if (fmin(a.z, fmin(b.z, c.z)) > 0.0f) {
+        turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
+      } else {  // part of it has no place in the map: by the sides of its edges' planes
+        const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
+        turns = v_select((vint)(0), (vint)(1), ab & bc & !ac) - v_select((vint)(0), (vint)(1), !ab & !bc & ac);
+      }
       const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
       v_store(v_load(crossings + k) + crossed, crossings + k);
     }
   }
 }
 
-// A per-pixel angle for rotated samples, as its cosine and sine.
+// Turns light-plane coordinates to a pixel's own axes: by minus the angle that its samples are turned by, the same as rays use
+// (host/light_samples.hpp).
 inline float2 rotation_of(uint pixel) {
-  uint h = pixel * 0x9e3779b9u;
-  h = (h ^ (h >> 16)) * 0x85ebca6bu;
-  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
-  h ^= h >> 16;
-  const float angle = (float)(h >> 8) * (6.28318531f / 16777216.0f);
-  return (float2)(cos(angle), sin(angle));
+  uint h = pixel * 747796405u + 2891336453u;
+  h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
+  h = (h >> 22u) ^ h;
+  const float angle = ((float)h + 0.5f) * (6.28318531f / 4294967296.0f);
+  return (float2)(cos(angle), -sin(angle));
 }
 
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
@@ -766,13 +794,13 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
       }
 
       for (int i = 0; i < count; ++i) {
-        float seen = centre[i] == 0 ? 1.0f : 0.0f;
+        float seen = centre[i] <= 0 ? 1.0f : 0.0f;
         bool negative = centre[i] < 0;
         if (walks[i].touched) {
           int seen_count = 0;
           for (int k = 0; k < n; k += HS_LANES) {
             const v_short depth = v_load_short(counts + i * HS_MAX_SAMPLES + k) + (v_short)((short)centre[i]);
-            seen_count += short_lane_count(depth == (short)0);
+            seen_count += short_lane_count(depth <= (short)0);
             negative |= short_lane_count(depth < (short)0) != 0;
           }
           seen = (float)seen_count / (float)n;
