@@ -80,12 +80,12 @@ SampleTable sample_table(const std::vector<glm::dvec2>& points) {
   for (const Sample& s : sorted) table.samples.push_back(s.x);
   for (const Sample& s : sorted) table.samples.push_back(s.y);
   for (const Sample& s : sorted) table.samples.push_back(s.turn);
-  const std::size_t per_turn = 4 * sorted.size();
+  const std::size_t per_turn = 8 * sorted.size();
   table.per_turn = static_cast<float>(per_turn);
   for (std::size_t i = 0; i <= 4 * per_turn; ++i) {
     const float turn = static_cast<float>(i) / table.per_turn;
     const auto below = std::lower_bound(sorted.begin(), sorted.end(), turn, [](const Sample& s, float t) { return s.turn < t; });
-    table.rank.push_back(static_cast<std::int32_t>(below - sorted.begin()));
+    table.rank.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
     if (i > 0) table.steps = std::max(table.steps, static_cast<unsigned>(table.rank[i] - table.rank[i - 1]));
   }
   table.samples.insert(table.samples.end(), table.steps + 1, std::numeric_limits<float>::infinity());

@@ -13,10 +13,11 @@
 // between the directions of A and B is decided a vertex at a time, as their rank among the samples sorted by angle. The last is
 // also what makes it fast: an edge is tested only against the samples in its own wedge, mostly none or one of hundreds.
 
-// Pixels that share one culled list of edges, and the edges of one stretch of it.
+// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges, HS_CHUNK neighbours of them a shorter one.
 #if HS_LANES == 16
 #define HS_CHUNK 64
-#define HS_STRETCH 512
+#define HS_BATCH 1024
+#define HS_LISTED 2048
 #define v_as_int as_int16
 typedef short16 v_short;
 #define v_load_short(p) vload16(0, p)
@@ -32,9 +33,19 @@ inline int lane_count(int16 mask) {
   return -(c.x + c.y);
 }
 inline int short_lane_count(short16 mask) { return lane_count(convert_int16(mask)); }
+// Bit i for lane i.
+inline uint lane_bits(int16 mask) {
+  const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+  const int16 bits = mask & bit;
+  const int8 a = bits.lo | bits.hi;
+  const int4 b = a.lo | a.hi;
+  const int2 c = b.lo | b.hi;
+  return (uint)(c.x | c.y);
+}
 #else
 #define HS_CHUNK 1
-#define HS_STRETCH 1
+#define HS_BATCH 1
+#define HS_LISTED 1
 #define v_as_int as_int
 typedef short v_short;
 #define v_load_short(p) (*(p))
@@ -45,6 +56,7 @@ typedef short v_short;
 #define HS_SET_LANE(v, i) ((v) = -1)
 #define lane_count(mask) ((mask) != 0)
 #define short_lane_count(mask) ((mask) != 0)
+#define lane_bits(mask) ((uint)((mask) != 0))
 #endif
 
 // A surface nearer to a receiver than this part of its depth is the receiver itself.
@@ -381,21 +393,25 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
 
 // Receivers that are counted together.
 typedef struct {
-  float x[HS_CHUNK], y[HS_CHUNK], z[HS_CHUNK];  // light space, lifted off their surface
-  float u[HS_CHUNK], v[HS_CHUNK];               // texels, centres at half-integers as rasterizers have it
-  float plane_d[HS_CHUNK], plane_dx[HS_CHUNK], plane_dy[HS_CHUNK];  // see Receiver
-  float3 low, high;      // bounds in light space
-  float2 low_px, high_px;
-  float d_far;           // 1/z of the farthest
-} Chunk;
+  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];  // light space, lifted off their surface
+  float u[HS_BATCH], v[HS_BATCH];               // texels, centres at half-integers as rasterizers have it
+  float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
+} Batch;
 
-// Edges that some receiver of the chunk may have before its disc.
+// Where some of them are.
 typedef struct {
-  float ax[HS_STRETCH], ay[HS_STRETCH], az[HS_STRETCH], bx[HS_STRETCH], by[HS_STRETCH], bz[HS_STRETCH];
-  float n0x[HS_STRETCH], n0y[HS_STRETCH], n0z[HS_STRETCH], n0w[HS_STRETCH];
-  float n1x[HS_STRETCH], n1y[HS_STRETCH], n1z[HS_STRETCH], n1w[HS_STRETCH];
-  int m[HS_STRETCH], o0[HS_STRETCH], o1[HS_STRETCH];
-} Stretch;
+  float3 middle, half_size;   // light space
+  float2 middle_px, half_px;  // map
+  float far_z, d_far;         // depth of the farthest, and its 1/z
+} Region;
+
+// Edges that some receiver of a region may have before its disc: HsEdge, a field an array.
+typedef struct {
+  float ax[HS_LISTED], ay[HS_LISTED], az[HS_LISTED], bx[HS_LISTED], by[HS_LISTED], bz[HS_LISTED];
+  float n0x[HS_LISTED], n0y[HS_LISTED], n0z[HS_LISTED], n0w[HS_LISTED];
+  float n1x[HS_LISTED], n1y[HS_LISTED], n1z[HS_LISTED], n1w[HS_LISTED];
+  int m[HS_LISTED], o0[HS_LISTED], o1[HS_LISTED];
+} EdgeList;
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
 // the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
@@ -420,67 +436,115 @@ inline float3 lifted_receiver(const HsReceiverView view, uint pixel, __global co
   return p + *n_ls * error;
 }
 
-inline void load_chunk(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
-                       __global const float* depth_or_position, __global const float4* normal, Chunk* chunk) {
-  chunk->low = (float3)(1e30f);
-  chunk->high = (float3)(-1e30f);
-  chunk->low_px = (float2)(1e30f);
-  chunk->high_px = (float2)(-1e30f);
-  for (int i = 0; i < HS_CHUNK; ++i) {
+inline void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
+                       __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
+  for (int i = 0; i < count; ++i) {
     float3 n;
-    const float3 p = lifted_receiver(view, pixels[min(i, count - 1)], depth_or_position, normal, &n);
+    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &n);
     const float3 px = project_px(light, p);
-    chunk->x[i] = p.x;
-    chunk->y[i] = p.y;
-    chunk->z[i] = p.z;
-    chunk->u[i] = px.x;
-    chunk->v[i] = px.y;
+    batch->x[i] = p.x;
+    batch->y[i] = p.y;
+    batch->z[i] = p.z;
+    batch->u[i] = px.x;
+    batch->v[i] = px.y;
     const float inverse = 1.0f / fmin(dot(n, p), -1e-30f);
-    chunk->plane_d[i] = px.z;
-    chunk->plane_dx[i] = n.x * inverse / light.px_from_q.x;
-    chunk->plane_dy[i] = n.y * inverse / light.px_from_q.z;
-    chunk->low = fmin(chunk->low, p);
-    chunk->high = fmax(chunk->high, p);
-    chunk->low_px = fmin(chunk->low_px, px.xy);
-    chunk->high_px = fmax(chunk->high_px, px.xy);
+    batch->plane_d[i] = px.z;
+    batch->plane_dx[i] = n.x * inverse / light.px_from_q.x;
+    batch->plane_dy[i] = n.y * inverse / light.px_from_q.z;
   }
-  chunk->d_far = 1.0f / chunk->high.z;
 }
 
-// The sign of a plane over a box: 1 or -1, or 0 if it cuts the box or comes too near.
-inline int side_of_box(float4 plane, float3 middle, float3 half_size) {
-  const float v = dot(plane.xyz, middle) - plane.w;
-  const float reach = dot(fabs(plane.xyz), half_size) + 1e-6f * (fabs(plane.w) + dot(fabs(plane.xyz), fabs(middle)));
-  return v > reach ? 1 : v < -reach ? -1 : 0;
+inline Region region_of(const Batch* batch, int first, int end) {
+  float3 low = (float3)(1e30f), high = (float3)(-1e30f);
+  float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
+  for (int i = first; i < end; ++i) {
+    const float3 p = (float3)(batch->x[i], batch->y[i], batch->z[i]);
+    const float2 px = (float2)(batch->u[i], batch->v[i]);
+    low = fmin(low, p);
+    high = fmax(high, p);
+    low_px = fmin(low_px, px);
+    high_px = fmax(high_px, px);
+  }
+  const Region region = {0.5f * (low + high), 0.5f * (high - low), 0.5f * (low_px + high_px), 0.5f * (high_px - low_px), high.z,
+                         1.0f / high.z};
+  return region;
 }
 
-// Copies the edge if a receiver of the chunk may need it. Faces whose side is the same for all of them are added to m.
-inline bool take_edge(const HsView light, float radius_px, const Chunk* chunk, __global const HsEdge* from, Stretch* to, int slot) {
+// The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
+inline vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
+  const vfloat v = nx * region->middle.x + ny * region->middle.y + nz * region->middle.z - w;
+  const vfloat reach = fabs(nx) * region->half_size.x + fabs(ny) * region->half_size.y + fabs(nz) * region->half_size.z +
+                       1e-6f * (fabs(w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
+  return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
+}
+
+// Copies an edge of the tile if a receiver of the region may need it.
+inline bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to, int slot) {
   const float4 a = from->a, b = from->b;
-  if (fmin(a.z, b.z) >= chunk->high.z) return false;
-  const float2 middle_px = 0.5f * (chunk->low_px + chunk->high_px), half_px = 0.5f * (chunk->high_px - chunk->low_px);
+  if (fmin(a.z, b.z) >= region->far_z) return false;
   const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
-  if (!capsule_touches(&capsule, radius_px, middle_px, half_px, chunk->d_far)) return false;
-  const float3 middle = 0.5f * (chunk->low + chunk->high), half_size = 0.5f * (chunk->high - chunk->low);
-  int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
+  if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
   const float4 plane0 = from->plane0, plane1 = from->plane1;
-  if (o0 != 0) {
-    const int side = side_of_box(plane0, middle, half_size);
-    m += o0 * side;
-    if (side != 0) o0 = 0;
-  }
-  if (o1 != 0) {
-    const int side = side_of_box(plane1, middle, half_size);
-    m += o1 * side;
-    if (side != 0) o1 = 0;
-  }
-  if (m == 0 && o0 == 0 && o1 == 0) return false;
   to->ax[slot] = a.x; to->ay[slot] = a.y; to->az[slot] = a.z;
   to->bx[slot] = b.x; to->by[slot] = b.y; to->bz[slot] = b.z;
   to->n0x[slot] = plane0.x; to->n0y[slot] = plane0.y; to->n0z[slot] = plane0.z; to->n0w[slot] = plane0.w;
   to->n1x[slot] = plane1.x; to->n1y[slot] = plane1.y; to->n1z[slot] = plane1.z; to->n1w[slot] = plane1.w;
-  to->m[slot] = m; to->o0[slot] = o0; to->o1[slot] = o1;
+  to->m[slot] = as_int(a.w); to->o0[slot] = (as_int(b.w) & 3) - 1; to->o1[slot] = (as_int(b.w) >> 2) - 1;
   return true;
+}
+
+// Makes a list a whole number of vectors long, with edges that are none.
+inline void pad_list(EdgeList* list, int count) {
+  for (int i = count; i & (HS_LANES - 1); ++i) {
+    list->m[i] = list->o0[i] = list->o1[i] = 0;
+    list->ax[i] = list->ay[i] = list->bx[i] = list->by[i] = 0.0f;
+    list->az[i] = list->bz[i] = 1.0f;
+  }
+}
+
+// The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
+// most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
+inline int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count, EdgeList* to) {
+  int taken = 0;
+  for (int i = 0; i < count; i += HS_LANES) {
+    vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
+    const vint side0 = side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
+    const vint side1 = side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
+    const vint m = v_load(from->m + i) + o0 * side0 + o1 * side1;
+    o0 = v_select(o0, (vint)(0), side0 != 0);
+    o1 = v_select(o1, (vint)(0), side1 != 0);
+    vint keep = (m | o0 | o1) != 0;
+    if (!v_any(keep)) continue;
+
+    // As capsule_touches.
+    const vfloat az = v_load(from->az + i), bz = v_load(from->bz + i);
+    const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
+    const vfloat da = 1.0f / az, db = 1.0f / bz;
+    const vfloat ax = v_load(from->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat ay = v_load(from->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const vfloat bx = v_load(from->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat by = v_load(from->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const float slack = HS_NEAR_PX + 0.25f;
+    const vfloat ra = radius_px * fmax(da - region->d_far, 0.0f) + slack, rb = radius_px * fmax(db - region->d_far, 0.0f) + slack;
+    const vfloat ex = bx - ax, ey = by - ay;
+    const vfloat across = ax * ey - ay * ex, reach = fmax(ra, rb);
+    const vfloat limit = reach * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * region->half_px.y + fabs(ey) * region->half_px.x;
+    const vint touches = (fmin(az, bz) < region->far_z) & (fmin(ax - ra, bx - rb) <= region->half_px.x) &
+                         (fmax(ax + ra, bx + rb) >= -region->half_px.x) & (fmin(ay - ra, by - rb) <= region->half_px.y) &
+                         (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
+    keep &= touches | everywhere;
+    for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
+      const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
+      to->ax[taken] = from->ax[k]; to->ay[taken] = from->ay[k]; to->az[taken] = from->az[k];
+      to->bx[taken] = from->bx[k]; to->by[taken] = from->by[k]; to->bz[taken] = from->bz[k];
+      to->n0x[taken] = from->n0x[k]; to->n0y[taken] = from->n0y[k]; to->n0z[taken] = from->n0z[k]; to->n0w[taken] = from->n0w[k];
+      to->n1x[taken] = from->n1x[k]; to->n1y[taken] = from->n1y[k]; to->n1z[taken] = from->n1z[k]; to->n1w[taken] = from->n1w[k];
+      to->m[taken] = HS_LANE(m, lane); to->o0[taken] = HS_LANE(o0, lane); to->o1[taken] = HS_LANE(o1, lane);
+      ++taken;
+    }
+  }
+  pad_list(to, taken);
+  return taken;
 }
 
 // A point's place in the light map relative to p's, times both depths.
@@ -527,7 +591,7 @@ inline vfloat turn_of(vfloat x, vfloat y) {
   return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
 }
 
-inline vint gather_int(__global const int* p, vint i) {
+inline vint gather_rank(__global const ushort* p, vint i) {
 #if HS_LANES == 16
   return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb], p[i.sc],
                  p[i.sd], p[i.se], p[i.sf]);
@@ -537,8 +601,8 @@ inline vint gather_int(__global const int* p, vint i) {
 }
 
 // Samples before an angle in their order.
-inline vint rank_of(const HsDisc disc, __global const int* rank_table, __global const float* sample_turns, vfloat turn) {
-  vint rank = gather_int(rank_table, v_int(turn * disc.table_per_turn));
+inline vint rank_of(const HsDisc disc, __global const ushort* rank_table, __global const float* sample_turns, vfloat turn) {
+  vint rank = gather_rank(rank_table, v_int(turn * disc.table_per_turn));
   for (uint i = 0; i < disc.table_steps; ++i) rank -= v_gather(sample_turns, rank) < turn;
   return rank;
 }
@@ -549,64 +613,99 @@ typedef struct {
   bool near;     // a silhouette passes so near that the shadow map cannot be asked about the centre
 } Walk;
 
-// Adds the crossings of a stretch's edges to the counts of one receiver.
-inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, float px, float py, float pz, float cosine, float sine,
-                       __global const float* samples, __global const int* rank_table, short* counts, Walk* walk) {
-  const int n = (int)disc.sample_count;
-  __global const float* sample_x = samples;
-  __global const float* sample_y = samples + n;
-  __global const float* sample_turns = samples + 2 * n;
-  for (int i = 0; i < edge_count; i += HS_LANES) {
-    const vint front0 = v_load(edges->n0x + i) * px + v_load(edges->n0y + i) * py + v_load(edges->n0z + i) * pz >= v_load(edges->n0w + i);
-    const vint front1 = v_load(edges->n1x + i) * px + v_load(edges->n1y + i) * py + v_load(edges->n1z + i) * pz >= v_load(edges->n1w + i);
-    const vint o0 = v_load(edges->o0 + i), o1 = v_load(edges->o1 + i);
-    const vint m = v_load(edges->m + i) + v_select(-o0, o0, front0) + v_select(-o1, o1, front1);
+// Edges that pass before a receiver's disc, projected onto the light's plane.
+typedef struct {
+  float ax[HS_LISTED], ay[HS_LISTED], bx[HS_LISTED], by[HS_LISTED];
+  float c[HS_LISTED];   // a x b
+  int left[HS_LISTED];  // not 0 where the centre is left of a -> b
+  int m[HS_LISTED];
+} Passing;
+
+// Finds the silhouettes of `list` as seen from p that pass before the disc. Returns their number, padded with edges that hide nothing.
+inline int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing, Walk* walk) {
+  int taken = 0;
+  for (int i = 0; i < count; i += HS_LANES) {
+    const vint front0 = v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
+    const vint front1 = v_load(list->n1x + i) * px + v_load(list->n1y + i) * py + v_load(list->n1z + i) * pz >= v_load(list->n1w + i);
+    const vint o0 = v_load(list->o0 + i), o1 = v_load(list->o1 + i);
+    const vint m = v_load(list->m + i) + v_select(-o0, o0, front0) + v_select(-o1, o1, front1);
     if (!v_any(m != 0)) continue;
-    const vfloat ax_ls = v_load(edges->ax + i), ay_ls = v_load(edges->ay + i), az_ls = v_load(edges->az + i);
-    const vfloat bx_ls = v_load(edges->bx + i), by_ls = v_load(edges->by + i), bz_ls = v_load(edges->bz + i);
+    const vfloat ax_ls = v_load(list->ax + i), ay_ls = v_load(list->ay + i), az_ls = v_load(list->az + i);
+    const vfloat bx_ls = v_load(list->bx + i), by_ls = v_load(list->by + i), bz_ls = v_load(list->bz + i);
     const ProjectedEdge e = project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
     const vint live = (m != 0) & e.seen;
 
     // Distance from the centre. The line is held by its nearer end: the other may be very far.
-    vfloat ex = e.bx - e.ax, ey = e.by - e.ay;
-    const vfloat a2 = e.ax * e.ax + e.ay * e.ay, b2 = e.bx * e.bx + e.by * e.by;
-    const vfloat inverse = 1.0f / fmax(ex * ex + ey * ey, 1e-30f);
-    vfloat c = v_select(e.bx * ey - e.by * ex, e.ax * ey - e.ay * ex, a2 <= b2);
-    const vfloat line2 = c * c * inverse;
+    const vfloat ex = e.bx - e.ax, ey = e.by - e.ay;
+    const vfloat a2 = e.ax * e.ax + e.ay * e.ay, b2 = e.bx * e.bx + e.by * e.by, e2 = fmax(ex * ex + ey * ey, 1e-30f);
+    const vfloat c = v_select(e.bx * ey - e.by * ex, e.ax * ey - e.ay * ex, a2 <= b2);
     const vint foot_inside = (e.ax * ex + e.ay * ey < 0.0f) & (e.bx * ex + e.by * ey > 0.0f);
-    const vfloat distance2 = v_select(fmin(a2, b2), line2, foot_inside);
-    const vfloat near = disc.near_q * e.far_z * pz / (pz - e.far_z);
-    if (v_any(live & (distance2 <= near * near))) walk->near = true;
+    const vfloat distance2 = v_select(fmin(a2, b2), c * c / e2, foot_inside);
+    const vfloat near = disc.near_q * e.far_z * pz;  // times pz - far_z, against which it stands
+    const vfloat gap = pz - e.far_z;
+    if (v_any(live & (distance2 * gap * gap <= near * near))) walk->near = true;
     const vint reaches = live & (distance2 < disc.reach2);
-    if (!v_any(reaches)) continue;
+    uint bits = lane_bits(reaches);
+    if (bits == 0) continue;
+    const vint left = left_of_centre(map_x(ax_ls, az_ls, px, pz), map_x(ay_ls, az_ls, py, pz), map_x(bx_ls, bz_ls, px, pz),
+                                     map_x(by_ls, bz_ls, py, pz));
+    for (; bits != 0; bits &= bits - 1) {
+      const int lane = 31 - (int)clz(bits & -bits);
+      passing->ax[taken] = HS_FLOAT_LANE(e.ax, lane);
+      passing->ay[taken] = HS_FLOAT_LANE(e.ay, lane);
+      passing->bx[taken] = HS_FLOAT_LANE(e.bx, lane);
+      passing->by[taken] = HS_FLOAT_LANE(e.by, lane);
+      passing->c[taken] = HS_FLOAT_LANE(c, lane);
+      passing->left[taken] = HS_LANE(left, lane);
+      passing->m[taken] = HS_LANE(m, lane);
+      ++taken;
+    }
+  }
+  for (int i = taken; i & (HS_LANES - 1); ++i) {
+    passing->ax[i] = passing->ay[i] = passing->bx[i] = passing->by[i] = passing->c[i] = 0.0f;
+    passing->left[i] = passing->m[i] = 0;
+  }
+  return taken;
+}
 
+// Adds the crossings of those edges to the receiver's counts, one a sample.
+inline void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation, __global const float* samples,
+                            __global const ushort* rank_table, short* counts, Walk* walk) {
+  const int n = (int)disc.sample_count;
+  __global const float* sample_x = samples;
+  __global const float* sample_y = samples + n;
+  __global const float* sample_turns = samples + 2 * n;
+  for (int i = 0; i < count; i += HS_LANES) {
+    vfloat ax = v_load(passing->ax + i), ay = v_load(passing->ay + i), bx = v_load(passing->bx + i), by = v_load(passing->by + i);
+    vfloat ex = bx - ax, ey = by - ay, c = v_load(passing->c + i);
     // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
     // the edges that meet there agree about every sample.
-    const vfloat half_chord = sqrt(fmax(disc.reach2 - line2, 0.0f) * inverse);
+    const vfloat inverse = 1.0f / fmax(ex * ex + ey * ey, 1e-30f);
+    const vfloat half_chord = sqrt(fmax(disc.reach2 - c * c * inverse, 0.0f) * inverse);
     const vfloat foot_x = c * ey * inverse, foot_y = -c * ex * inverse;
-    const vint a_out = a2 > disc.reach2, b_out = b2 > disc.reach2;
-    vfloat ax = v_select(e.ax, foot_x - ex * half_chord, a_out), ay = v_select(e.ay, foot_y - ey * half_chord, a_out);
-    vfloat bx = v_select(e.bx, foot_x + ex * half_chord, b_out), by = v_select(e.by, foot_y + ey * half_chord, b_out);
+    const vint a_out = ax * ax + ay * ay > disc.reach2, b_out = bx * bx + by * by > disc.reach2;
+    ax = v_select(ax, foot_x - ex * half_chord, a_out);
+    ay = v_select(ay, foot_y - ey * half_chord, a_out);
+    bx = v_select(bx, foot_x + ex * half_chord, b_out);
+    by = v_select(by, foot_y + ey * half_chord, b_out);
     if (disc.rotated) {
       vfloat t;
-      t = ax * cosine - ay * sine; ay = ax * sine + ay * cosine; ax = t;
-      t = bx * cosine - by * sine; by = bx * sine + by * cosine; bx = t;
-      t = ex * cosine - ey * sine; ey = ex * sine + ey * cosine; ex = t;
+      t = ax * rotation.x - ay * rotation.y; ay = ax * rotation.y + ay * rotation.x; ax = t;
+      t = bx * rotation.x - by * rotation.y; by = bx * rotation.y + by * rotation.x; bx = t;
+      t = ex * rotation.x - ey * rotation.y; ey = ex * rotation.y + ey * rotation.x; ex = t;
     }
     const vfloat turn_a = turn_of(ax, ay), turn_b = turn_of(bx, by);
     vfloat turned = turn_b - turn_a;
     turned += v_select((vfloat)(0.0f), (vfloat)(4.0f), turned < -2.0f) - v_select((vfloat)(0.0f), (vfloat)(4.0f), turned >= 2.0f);
     // Beyond a quarter turn the edge passes before the centre, and the side it passes on is the centre count's decision too.
-    const vint centre_left = v_select(turned > 0.0f,
-                                      left_of_centre(map_x(ax_ls, az_ls, px, pz), map_x(ay_ls, az_ls, py, pz),
-                                                     map_x(bx_ls, bz_ls, px, pz), map_x(by_ls, bz_ls, py, pz)),
-                                      fabs(turned) > 1.0f);
+    const vint centre_left = v_select(turned > 0.0f, v_load(passing->left + i) != 0, fabs(turned) > 1.0f);
     const vint rank_a = rank_of(disc, rank_table, sample_turns, turn_a), rank_b = rank_of(disc, rank_table, sample_turns, turn_b);
     const vint first = v_select(rank_b, rank_a, centre_left);
     vint last = v_select(rank_a, rank_b, centre_left);
     last += v_select((vint)(0), (vint)(n), last < first);
-    const vint hides = reaches & (first != last);
-    if (!v_any(hides)) continue;
+    const vint m = v_load(passing->m + i);
+    uint bits = lane_bits((m != 0) & (first != last));
+    if (bits == 0) continue;
 
     // The edge is crossed by s in the wedge with c - s x e beyond it. The walk from right to left is that of the edge reversed.
     const vfloat direction = v_select((vfloat)(-1.0f), (vfloat)(1.0f), centre_left);
@@ -618,8 +717,8 @@ inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, 
       walk->touched = true;
       for (int k = 0; k < n; k += HS_LANES) v_store_short((v_short)(0), counts + k);
     }
-    for (int lane = 0; lane < HS_LANES; ++lane) {
-      if (!HS_LANE(hides, lane)) continue;
+    for (; bits != 0; bits &= bits - 1) {
+      const int lane = 31 - (int)clz(bits & -bits);
       const int begin = HS_LANE(first, lane), end = HS_LANE(last, lane);
       const float lane_c = HS_FLOAT_LANE(c, lane), lane_ex = HS_FLOAT_LANE(ex, lane), lane_ey = HS_FLOAT_LANE(ey, lane);
       const short lane_m = (short)HS_LANE(crossings, lane);
@@ -635,14 +734,14 @@ inline void walk_edges(const Stretch* edges, int edge_count, const HsDisc disc, 
 
 // Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.
 // 0: something does, 1: nothing, lit; 2: whatever does is so near that it may be the receiver's own surface.
-inline int lit_by_map(const HsView light, __global const float* shadow_map, const Chunk* chunk, int i) {
-  const int x = clamp(convert_int_rtn(chunk->u[i]), 0, (int)light.width_px - 1), y = clamp(convert_int_rtn(chunk->v[i]), 0, (int)light.height_px - 1);
-  const float d = chunk->plane_d[i], dx = chunk->plane_dx[i], dy = chunk->plane_dy[i];
+inline int lit_by_map(const HsView light, __global const float* shadow_map, const Batch* batch, int i) {
+  const int x = clamp(convert_int_rtn(batch->u[i]), 0, (int)light.width_px - 1), y = clamp(convert_int_rtn(batch->v[i]), 0, (int)light.height_px - 1);
+  const float d = batch->plane_d[i], dx = batch->plane_dx[i], dy = batch->plane_dy[i];
   const float slope = fabs(dx) + fabs(dy);
   int result = 1;
   for (int ty = max(y - 1, 0); ty <= min(y + 1, (int)light.height_px - 1); ++ty)
     for (int tx = max(x - 1, 0); tx <= min(x + 1, (int)light.width_px - 1); ++tx) {
-      const float plane_d = d + dx * ((float)tx + 0.5f - chunk->u[i]) + dy * ((float)ty + 0.5f - chunk->v[i]);
+      const float plane_d = d + dx * ((float)tx + 0.5f - batch->u[i]) + dy * ((float)ty + 0.5f - batch->v[i]);
       const float map_d = 1.0f / shadow_map[ty * (int)light.width_px + tx];
       if (map_d > plane_d + HS_SAME_SURFACE(d, slope)) result = 2;
     }
@@ -661,7 +760,7 @@ inline vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
-inline void count_centre(const HsView view, const Chunk* chunk, const int* asking, int asking_count, uint tile,
+inline void count_centre(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
                          __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects, __global const uint* offsets,
                          __global const uint* refs, uint capacity, __global const uint* triangles, __global const float4* vertices_ls,
                          __global const int4* vertices_px, __global const float4* planes, int* crossings) {
@@ -669,14 +768,14 @@ inline void count_centre(const HsView view, const Chunk* chunk, const int* askin
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
   float far_z = 0.0f;
   for (int i = 0; i < HS_CHUNK; ++i) {
-    const int from = asking[min(i, asking_count - 1)];
-    xs[i] = chunk->x[from];
-    ys[i] = chunk->y[from];
-    zs[i] = chunk->z[from];
+    const int from = first + asking[min(i, asking_count - 1)];
+    xs[i] = batch->x[from];
+    ys[i] = batch->y[from];
+    zs[i] = batch->z[from];
     crossings[i] = 0;
-    low_px = fmin(low_px, (float2)(chunk->u[from], chunk->v[from]));
-    high_px = fmax(high_px, (float2)(chunk->u[from], chunk->v[from]));
-    far_z = fmax(far_z, chunk->z[from]);
+    low_px = fmin(low_px, (float2)(batch->u[from], batch->v[from]));
+    high_px = fmax(high_px, (float2)(batch->u[from], batch->v[from]));
+    far_z = fmax(far_z, batch->z[from]);
   }
   const float2 mid_px = (float2)(view.mid_x_px, view.mid_y_px);
   const int2 low = convert_int2_rtn((low_px - mid_px) * (float)HS_SUBPIXEL) - 4;
@@ -738,7 +837,7 @@ inline float2 rotation_of(uint pixel) {
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc, __global const float* depth_or_position,
                             __global const float4* normal, __global const float* shadow_map, __global const HsEdge* edges,
                             __global const uint* edge_offsets, __global const uint* edge_refs, const uint edge_capacity,
-                            __global const float* samples, __global const int* rank_table, __global const HsBlock* blocks,
+                            __global const float* samples, __global const ushort* rank_table, __global const HsBlock* blocks,
                             const uint slot_count, __global const ushort4* rects, __global const uint* triangle_offsets,
                             __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
                             __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
@@ -746,49 +845,66 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                             __global int* queue, __global float* visibility, const uint plane, __global HsStatus* status) {
   const uint tile_count = light.tiles_x * light.tiles_y;
   const bool overflow = bins_overflow(edge_offsets, tile_count, edge_capacity);
-  Chunk chunk;
-  Stretch stretch;
+  Batch batch;
+  EdgeList lists[2];
+  Passing passing;
   short counts[HS_CHUNK * HS_MAX_SAMPLES];
   Walk walks[HS_CHUNK];
-  float2 rotations[HS_CHUNK];
   int asking[HS_CHUNK], crossings[HS_CHUNK];
   const int n = (int)disc.sample_count;
 #if HS_LANES == 16
   for (uint tile = atomic_inc(queue); tile < tile_count; tile = atomic_inc(queue)) {
-    for (uint first = receiver_offsets[tile]; first < receiver_ends[tile]; first += HS_CHUNK) {
+    const uint step = HS_BATCH, begin_at = receiver_offsets[tile];
 #else
   {
-    const uint tile = get_group_id(0);
-    for (uint first = receiver_offsets[tile] + get_local_id(0); first < receiver_ends[tile]; first += get_local_size(0)) {
+    const uint tile = get_group_id(0), step = get_local_size(0), begin_at = receiver_offsets[tile] + get_local_id(0);
 #endif
-      const int count = min((int)(receiver_ends[tile] - first), HS_CHUNK);
-      load_chunk(light, view, listed + first, count, depth_or_position, normal, &chunk);
-      for (int i = 0; i < count; ++i) {
-        walks[i].touched = walks[i].near = false;
-        if (disc.rotated) rotations[i] = rotation_of(listed[first + i]);
-      }
-      const uint begin = overflow ? 0 : edge_offsets[tile], end = overflow ? status->feature_count : edge_offsets[tile + 1];
-      for (uint e = begin; e < end;) {
-        int taken = 0;
-        for (; e < end && taken < HS_STRETCH; ++e)
-          if (take_edge(light, disc.radius_px, &chunk, edges + (overflow ? e : edge_refs[e]), &stretch, taken)) ++taken;
-        for (int i = taken; i & (HS_LANES - 1); ++i) stretch.m[i] = stretch.o0[i] = stretch.o1[i] = 0;
-        if (taken > 0)
-          for (int i = 0; i < count; ++i)
-            walk_edges(&stretch, taken, disc, chunk.x[i], chunk.y[i], chunk.z[i], rotations[i].x, rotations[i].y, samples, rank_table,
-                       counts + i * HS_MAX_SAMPLES, &walks[i]);
+    const uint first_edge = overflow ? 0 : edge_offsets[tile], end_edge = overflow ? status->feature_count : edge_offsets[tile + 1];
+    for (uint batch_first = begin_at; batch_first < receiver_ends[tile]; batch_first += step) {
+      const int batch_count = min((int)(receiver_ends[tile] - batch_first), HS_BATCH);
+      load_batch(light, view, listed + batch_first, batch_count, depth_or_position, normal, &batch);
+      const Region whole = region_of(&batch, 0, batch_count);
+      int listed_count = 0;
+      uint edge = first_edge;
+      for (; edge < end_edge && listed_count < HS_LISTED; ++edge)
+        if (take_edge(light, disc.radius_px, &whole, edges + (overflow ? edge : edge_refs[edge]), &lists[0], listed_count)) ++listed_count;
+      const bool complete = edge == end_edge;
+      pad_list(&lists[0], listed_count);
+
+      for (int first = 0; first < batch_count; first += HS_CHUNK) {
+      const int count = min(batch_count - first, HS_CHUNK);
+      const Region region = region_of(&batch, first, first + count);
+      for (int i = 0; i < count; ++i) walks[i].touched = walks[i].near = false;
+      // Where the batch's list has no room for all, each chunk goes through the tile's edges by itself, a listful at a time.
+      for (uint from = complete ? end_edge : first_edge, once = 1; once || from < end_edge; once = 0) {
+        if (!complete) {
+          listed_count = 0;
+          for (; from < end_edge && listed_count < HS_LISTED; ++from)
+            if (take_edge(light, disc.radius_px, &region, edges + (overflow ? from : edge_refs[from]), &lists[0], listed_count))
+              ++listed_count;
+          pad_list(&lists[0], listed_count);
+        }
+        const int near_count = narrow_list(light, disc.radius_px, &region, &lists[0], listed_count, &lists[1]);
+        if (near_count == 0) continue;
+        for (int i = 0; i < count; ++i) {
+          const int k = first + i;
+          const int passing_count = project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
+          if (passing_count == 0) continue;
+          const float2 rotation = disc.rotated ? rotation_of(listed[batch_first + k]) : (float2)(1.0f, 0.0f);
+          count_crossings(&passing, passing_count, disc, rotation, samples, rank_table, counts + i * HS_MAX_SAMPLES, &walks[i]);
+        }
       }
 
       // The centre: by the map where it is clear, else by counting.
       int asking_count = 0;
       int centre[HS_CHUNK];
       for (int i = 0; i < count; ++i) {
-        const int lit = walks[i].near ? 2 : lit_by_map(light, shadow_map, &chunk, i);
+        const int lit = walks[i].near ? 2 : lit_by_map(light, shadow_map, &batch, first + i);
         centre[i] = lit == 1 ? 0 : 1;
         if (lit == 2 || (lit == 0 && walks[i].touched)) asking[asking_count++] = i;
       }
       if (asking_count > 0) {
-        count_centre(light, &chunk, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
+        count_centre(light, &batch, first, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
                      triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
         for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
       }
@@ -806,7 +922,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
           seen = (float)seen_count / (float)n;
         }
         if (negative) atomic_inc(&status->negative_count);
-        visibility[(size_t)plane * view.width_px * view.height_px + listed[first + i]] = seen;
+        visibility[(size_t)plane * view.width_px * view.height_px + listed[batch_first + first + i]] = seen;
+      }
       }
     }
   }
