@@ -478,18 +478,28 @@ inline vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz
   return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
 }
 
+inline int side_of_region1(const Region* region, float4 plane) {
+  const float v = dot(plane.xyz, region->middle) - plane.w;
+  const float reach = dot(fabs(plane.xyz), region->half_size) +
+                      1e-6f * (fabs(plane.w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
+  return v > reach ? 1 : v < -reach ? -1 : 0;
+}
+
 // Copies an edge of the tile if a receiver of the region may need it.
 inline bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to, int slot) {
   const float4 a = from->a, b = from->b;
   if (fmin(a.z, b.z) >= region->far_z) return false;
+  const float4 plane0 = from->plane0, plane1 = from->plane1;
+  const int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
+  const int side0 = side_of_region1(region, plane0), side1 = side_of_region1(region, plane1);
+  if ((o0 == 0 || side0 != 0) && (o1 == 0 || side1 != 0) && m + o0 * side0 + o1 * side1 == 0) return false;
   const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
   if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
-  const float4 plane0 = from->plane0, plane1 = from->plane1;
   to->ax[slot] = a.x; to->ay[slot] = a.y; to->az[slot] = a.z;
   to->bx[slot] = b.x; to->by[slot] = b.y; to->bz[slot] = b.z;
   to->n0x[slot] = plane0.x; to->n0y[slot] = plane0.y; to->n0z[slot] = plane0.z; to->n0w[slot] = plane0.w;
   to->n1x[slot] = plane1.x; to->n1y[slot] = plane1.y; to->n1z[slot] = plane1.z; to->n1w[slot] = plane1.w;
-  to->m[slot] = as_int(a.w); to->o0[slot] = (as_int(b.w) & 3) - 1; to->o1[slot] = (as_int(b.w) >> 2) - 1;
+  to->m[slot] = m; to->o0[slot] = o0; to->o1[slot] = o1;
   return true;
 }
 
