@@ -204,10 +204,23 @@ void write_frame_png(const std::filesystem::path& path, const Frame& frame) {
     const std::size_t begin = static_cast<std::size_t>(first_row) * frame.resolution.x;
     const std::size_t end = begin + static_cast<std::size_t>(rows) * frame.resolution.x;
     for (std::size_t pixel = begin; pixel < end; ++pixel) {
-      for (int c = 0; c < 3; ++c) *out++ = static_cast<unsigned char>(255 * srgb_from_linear(frame.rgb[pixel][c]) + 0.5f);
+      for (int c = 0; c < 3; ++c) *out++ = srgb_byte_from_linear(frame.rgb[pixel][c]);
     }
   };
   write_file_whole(path, encode<unsigned char>(path, spec, fill_rows));
+}
+
+unsigned char srgb_byte_from_linear(float linear) {
+  return static_cast<unsigned char>(255 * srgb_from_linear(linear) + 0.5f);
+}
+
+std::vector<unsigned char> encode_png(glm::uvec2 resolution, int channels, std::span<const unsigned char> pixels) {
+  const OIIO::ImageSpec spec(static_cast<int>(resolution.x), static_cast<int>(resolution.y), channels, OIIO::TypeUInt8);
+  const std::size_t row_bytes = std::size_t{resolution.x} * static_cast<std::size_t>(channels);
+  return encode<unsigned char>("picture.png", spec, [&](int first_row, int rows, unsigned char* out) {
+    const auto part = pixels.subspan(static_cast<std::size_t>(first_row) * row_bytes, static_cast<std::size_t>(rows) * row_bytes);
+    std::copy(part.begin(), part.end(), out);
+  });
 }
 
 void write_light_buffers_exr(const std::filesystem::path& path, const LightBuffers& buffers, const Metadata& metadata) {

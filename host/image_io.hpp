@@ -27,6 +27,12 @@ void write_frame_exr(const std::filesystem::path& path, const Frame& frame, std:
 /// Writes the shaded picture as an 8-bit PNG: exposure 1, values clipped to 0..1, then the sRGB transfer curve. Throws as above.
 void write_frame_png(const std::filesystem::path& path, const Frame& frame);
 
+/// An 8-bit PNG in memory: `channels` (1 or 3) interleaved bytes a pixel, stored as they are.
+std::vector<unsigned char> encode_png(glm::uvec2 resolution, int channels, std::span<const unsigned char> pixels);
+
+/// 0..1 linear to 0..255 through the sRGB transfer curve.
+unsigned char srgb_byte_from_linear(float linear);
+
 /// Writes a light's buffers as a 32-bit EXR, one channel a plane. The metadata also says how texels map to light space:
 /// light_map_origin, light_map_texel (light map units a texel), light_znear, light_zfar. Throws as above.
 void write_light_buffers_exr(const std::filesystem::path& path, const LightBuffers& buffers, const Metadata& metadata);

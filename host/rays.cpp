@@ -331,6 +331,7 @@ std::vector<float> trace_visibility(const RayScene& scene, const Light& light, c
       }
     }
   };
+  if (progress) progress(0.0);
   std::vector<std::thread> helpers;
   for (unsigned i = 1; i < scene.threads(); ++i) helpers.emplace_back(work, false);
   work(true);
@@ -340,8 +341,8 @@ std::vector<float> trace_visibility(const RayScene& scene, const Light& light, c
 
 TruthCache::TruthCache(std::filesystem::path folder) : folder_(folder.empty() ? default_cache_folder() : std::move(folder)) {}
 
-std::vector<float> TruthCache::truth(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
-                                     unsigned samples, const std::function<void(double)>& progress) const {
+std::string truth_key(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
+                      unsigned samples) {
   Hasher hasher;
   hasher.add(std::uint32_t{1});  // raised when tracing changes
   for (const SceneMesh& mesh : scene.meshes) {
@@ -355,7 +356,12 @@ std::vector<float> TruthCache::truth(const Scene& scene, const RayScene& rays, c
   hasher.add(receivers.resolution);
   hasher.add(std::span<const PixelKind>(receivers.kinds));
   hasher.add(std::span<const glm::vec3>(receivers.origins));
-  const std::filesystem::path path = folder_ / fmt::format("truth-{}.f32", hasher.text());
+  return hasher.text();
+}
+
+std::vector<float> TruthCache::truth(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
+                                     unsigned samples, const std::function<void(double)>& progress) const {
+  const std::filesystem::path path = folder_ / fmt::format("truth-{}.f32", truth_key(scene, rays, light, receivers, samples));
 
   const std::size_t bytes = receivers.kinds.size() * sizeof(float);
   std::vector<float> plane(receivers.kinds.size());

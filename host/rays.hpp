@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "error_figures.hpp"
@@ -67,7 +68,11 @@ struct RaySettings {
 std::vector<float> trace_visibility(const RayScene& scene, const Light& light, const RayReceivers& receivers,
                                     const RaySettings& settings, const std::function<void(double)>& progress = {});
 
-/// Truth planes on disk, by the content of what they depend on: meshes, transforms, light, receivers, number of samples.
+/// A name for all that a truth depends on: meshes, transforms, light, receivers, number of samples.
+std::string truth_key(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
+                      unsigned samples);
+
+/// Truth planes on disk, by their keys.
 class TruthCache {
  public:
   /// `folder` empty: $XDG_CACHE_HOME/halfshade, or ~/.cache/halfshade.

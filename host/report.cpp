@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "cli/draw_options.hpp"
 
@@ -20,6 +21,23 @@ double ms_since(Clock::time_point begin) {
 void check(cl_int status, const char* call) {
   if (status != CL_SUCCESS) throw DeviceError(fmt::format("{}: failed with OpenCL error {}", call, status));
 }
+
+/// A buffer on the device.
+class OwnedBuffer {
+ public:
+  OwnedBuffer(const Device& device, std::size_t bytes) {
+    cl_int status = CL_SUCCESS;
+    buffer_ = clCreateBuffer(device.context(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    check(status, "clCreateBuffer");
+  }
+  ~OwnedBuffer() { clReleaseMemObject(buffer_); }
+  OwnedBuffer(const OwnedBuffer&) = delete;
+  OwnedBuffer& operator=(const OwnedBuffer&) = delete;
+  cl_mem get() const { return buffer_; }
+
+ private:
+  cl_mem buffer_ = nullptr;
+};
 
 /// The natural values of a setting, by the name that MethodInfo::options gives it. A method is measured with its defaults at each
 /// light map resolution, and with each value of its other settings in turn at the default resolution.
@@ -145,6 +163,33 @@ double Measurement::min_ms() const {
   return times_ms.empty() ? 0.0 : *std::min_element(times_ms.begin(), times_ms.end());
 }
 
+std::vector<bool> pareto_front(std::span<const Tradeoff> points) {
+  std::vector<bool> on_front;
+  for (const Tradeoff& point : points) {
+    on_front.push_back(std::none_of(points.begin(), points.end(), [&](const Tradeoff& other) {
+      return other.time_ms <= point.time_ms && other.error <= point.error &&
+             (other.time_ms < point.time_ms || other.error < point.error);
+    }));
+  }
+  return on_front;
+}
+
+std::optional<double> rays_time_at_error(std::span<const Tradeoff> rays, double error) {
+  std::vector<Tradeoff> front;
+  const std::vector<bool> on_front = pareto_front(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (on_front[i]) front.push_back(rays[i]);
+  std::sort(front.begin(), front.end(), [](const Tradeoff& a, const Tradeoff& b) { return a.time_ms < b.time_ms; });
+  for (std::size_t i = 0; i < front.size(); ++i) {
+    if (front[i].error > error) continue;
+    if (i == 0 || front[i].error <= 0.0 || front[i].error == error) return front[i].time_ms;
+    const Tradeoff &slower = front[i], &faster = front[i - 1];
+    const double t = std::log(faster.error / error) / std::log(faster.error / slower.error);
+    return faster.time_ms * std::pow(slower.time_ms / faster.time_ms, t);
+  }
+  return {};
+}
+
 ReportScene::ReportScene(Scene scene, std::shared_ptr<Device> device, unsigned threads)
     : scene_(std::move(scene)), device_(std::move(device)), renderer_(device_), rays_(scene_, threads) {
   renderer_.set_scene(scene_);
@@ -181,6 +226,7 @@ LightCase ReportScene::light_case(std::size_t light, const TruthCache& cache, un
   LightCase result;
   result.light = light;
   result.receivers = rays_.receivers(scene_.camera, depth, normal, scene_.lights.at(light));
+  result.key = truth_key(scene_, rays_, scene_.lights[light], result.receivers, truth_samples);
   result.truth = cache.truth(scene_, rays_, scene_.lights[light], result.receivers, truth_samples, progress);
   return result;
 }
@@ -204,6 +250,22 @@ double ReportScene::run(const LightCase& light_case, const Candidate& candidate,
           "clEnqueueReadBuffer");
   }
   return ms;
+}
+
+std::vector<glm::vec4> ReportScene::shaded(const LightCase& light_case, float visibility) {
+  const std::size_t pixels = light_case.truth.size();
+  std::vector<float> planes(pixels * scene_.lights.size(), 1.0f);
+  std::fill_n(planes.begin() + static_cast<std::ptrdiff_t>(light_case.light * pixels), pixels, visibility);
+  const OwnedBuffer visibilities(*device_, planes.size() * sizeof(float)), rgb(*device_, pixels * sizeof(glm::vec4));
+  const cl_command_queue queue = device_->queue();
+  check(clEnqueueWriteBuffer(queue, visibilities.get(), CL_TRUE, 0, planes.size() * sizeof(float), planes.data(), 0, nullptr,
+                             nullptr),
+        "clEnqueueWriteBuffer");
+  renderer_.enqueue_shade(gbuffer_, visibilities.get(), rgb.get());
+  std::vector<glm::vec4> picture(pixels);
+  check(clEnqueueReadBuffer(queue, rgb.get(), CL_TRUE, 0, pixels * sizeof(glm::vec4), picture.data(), 0, nullptr, nullptr),
+        "clEnqueueReadBuffer");
+  return picture;
 }
 
 std::vector<StageTime> ReportScene::stage_times(const LightCase& light_case, const Candidate& candidate) {

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -46,17 +48,32 @@ struct Measurement {
   std::vector<StageTime> stages;  ///< median of each pass, from OpenCL events; none for rays
   ErrorFigures figures;
 
+  std::string picture;  ///< file name of the visibility as 8-bit PNG, in the report's folder
+
   double median_ms() const;
   double min_ms() const;
 };
 
 double median_of(std::vector<double> values);
 
+/// Time and error of a row.
+struct Tradeoff {
+  double time_ms, error;
+};
+
+/// Which points no other one beats: none is at most as slow and at most as wrong, and better in one of them.
+std::vector<bool> pareto_front(std::span<const Tradeoff> points);
+
+/// The time in which `rays` come down to `error`, on straight lines between their points in a log-log plot of the fastest that
+/// reach each error. Their fastest where even that has no more than `error`; nothing where none of them comes down to it.
+std::optional<double> rays_time_at_error(std::span<const Tradeoff> rays, double error);
+
 /// One light of a scene, ready to be measured: the tree is built, the truth known.
 struct LightCase {
   std::size_t light = 0;
   RayReceivers receivers;
   std::vector<float> truth;
+  std::string key;  ///< of the truth
 };
 
 /// A scene on the device, its G-buffer, and its tree.
@@ -76,6 +93,8 @@ class ReportScene {
   double run(const LightCase& light_case, const Candidate& candidate, std::vector<float>* visibility = nullptr);
   /// Time of each pass of a method for one light, from one whole frame.
   std::vector<StageTime> stage_times(const LightCase& light_case, const Candidate& candidate);
+  /// The shaded picture with this light's visibility 0 or 1 everywhere, and that of all others 1. Linear.
+  std::vector<glm::vec4> shaded(const LightCase& light_case, float visibility);
 
  private:
   void draw_gbuffer();

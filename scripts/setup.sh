@@ -6,11 +6,12 @@ packages=(
   # to build
   ca-certificates cmake g++ git ninja-build pkg-config
   libcli11-dev libembree-dev libfmt-dev libglm-dev libopenimageio-dev libtinyobjloader-dev nlohmann-json3-dev
+  libjs-d3
   ocl-icd-opencl-dev opencl-clhpp-headers opencl-headers
   # to run: an OpenCL device on the CPU, and the bunny that one scene shows
   glmark2-data pocl-opencl-icd
   # to test, and to remake the scenes
-  clang-format libgtest-dev oclgrind python3
+  chromium chromium-driver clang-format libgtest-dev oclgrind python3
 )
 
 if ! command -v apt-get dpkg-query >/dev/null; then

@@ -22,8 +22,11 @@ TEST(ErrorFigures, AreZeroForEqualPlanes) {
   const ErrorFigures figures = compare_visibility(plane, plane, all_counted(4));
   EXPECT_EQ(figures.counted_pixels, 4u);
   EXPECT_EQ(figures.penumbra_pixels, 2u);
-  for (const NamedFigure& figure : named_figures(figures))
-    if (!figure.name.ends_with("_pixels")) EXPECT_EQ(figure.value, 0.0) << figure.name;
+  for (const NamedFigure& figure : named_figures(figures)) {
+    if (!figure.name.ends_with("_pixels")) {
+      EXPECT_EQ(figure.value, 0.0) << figure.name;
+    }
+  }
 }
 
 TEST(ErrorFigures, AgreeWithFourPixelsWorkedOutByHand) {

@@ -12,6 +12,7 @@ namespace halfshade {
 
 void add_render(CLI::App& program);
 void add_bench(CLI::App& program);
+void add_compare(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_methods(CLI::App& program);
 #ifdef HALFSHADE_HAS_REPORT

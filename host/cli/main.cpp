@@ -59,9 +59,11 @@ int main(int argument_count, char** arguments) {
       "  halfshade render data/scenes/primitives.json --png\n"
       "  halfshade render data/scenes/turntable.json --method all --frames 1-24 -o frames\n"
       "  halfshade bench data/scenes/primitives.json --repeat 21\n"
+      "  halfshade report data/scenes/primitives.json --quick\n"
       "  halfshade inspect data/meshes/torus.obj\n");
   halfshade::add_render(program);
   halfshade::add_bench(program);
+  halfshade::add_compare(program);
 #ifdef HALFSHADE_HAS_REPORT
   halfshade::add_report(program);
 #endif

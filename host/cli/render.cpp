@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/compare.hpp"
 #include "cli/draw_options.hpp"
 #include "halfshade/halfshade.hpp"
 #include "image_io.hpp"
@@ -99,8 +100,8 @@ class Progress {
   Clock::time_point begin_ = Clock::now();
 };
 
-Metadata frame_metadata(const RenderOptions& options, const Settings& settings, int frame_number, const DeviceInfo& device,
-                        double render_ms) {
+Metadata frame_metadata(const RenderOptions& options, const Settings& settings, const Scene& scene, int frame_number,
+                        const DeviceInfo& device, double render_ms) {
   Metadata metadata = describe(settings);
   metadata.emplace_back("scene", options.draw.scene_path.filename().string());
   metadata.emplace_back("frame", fmt::format("{}", frame_number));
@@ -108,6 +109,7 @@ Metadata frame_metadata(const RenderOptions& options, const Settings& settings, 
   metadata.emplace_back("version", std::string(version()));
   metadata.emplace_back("time", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))));
   metadata.emplace_back("render_ms", fmt::format("{:.3f}", render_ms));
+  for (const Light& light : scene.lights) metadata.push_back(light_metadata(light));
   return metadata;
 }
 
@@ -139,7 +141,8 @@ void run_render(const RenderOptions& options) {
   const std::size_t frame_count = static_cast<std::size_t>(range.last - range.first) + 1;
   Progress progress(frame_count * all_settings.size(), options.quiet);
   for (int frame_number = range.first; frame_number <= range.last; ++frame_number) {
-    renderer.set_scene(scene_at_frame(scene, frame_number));
+    const Scene posed = scene_at_frame(scene, frame_number);
+    renderer.set_scene(posed);
     for (const Settings& settings : all_settings) {
       progress.begin_step(frame_number, name_of(settings.method));
       const Clock::time_point begin = Clock::now();
@@ -147,7 +150,7 @@ void run_render(const RenderOptions& options) {
       const double render_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 
       const Frame frame = renderer.read_frame();
-      const Metadata metadata = frame_metadata(options, settings, frame_number, device->info(), render_ms);
+      const Metadata metadata = frame_metadata(options, settings, posed, frame_number, device->info(), render_ms);
       const std::string stem = fmt::format("{}.{}.{:04}", scene.name, name_of(settings.method), frame_number);
       const fs::path path = options.folder / (stem + ".exr");
       write_frame_exr(path, frame, light_names, options.half, metadata);
