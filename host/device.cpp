@@ -103,11 +103,24 @@ bool matches(const DeviceInfo& info, std::string_view selector) {
   return contains_ignoring_case(info.name, selector) || contains_ignoring_case(info.platform_name, selector);
 }
 
+/// Shape of the tile kernels (kernels/common.h): wide on CPU devices, narrow on GPUs. HALFSHADE_KERNEL_SHAPE overrules, so that
+/// the shape of one kind of device can be tried on the other.
+bool has_wide_kernels(const DeviceInfo& info) {
+  const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
+  const std::string_view shape = variable ? variable : "";
+  if (shape.empty()) return info.is_cpu;
+  if (shape != "wide" && shape != "narrow")
+    throw InputError(
+        fmt::format("HALFSHADE_KERNEL_SHAPE: expected 'wide' or 'narrow' (found '{}'); unset it for the device's own", shape));
+  return shape == "wide";
+}
+
 /// Fills in what follows from device, context and queue.
 std::shared_ptr<DeviceImpl> finish(std::shared_ptr<DeviceImpl> impl) {
   impl->profiles = (impl->cl_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
-  impl->lanes = impl->device_info.is_cpu ? 16 : 1;
-  impl->tile_px = impl->device_info.is_cpu ? 32 : 16;
+  const bool wide = has_wide_kernels(impl->device_info);
+  impl->lanes = wide ? 16 : 1;
+  impl->tile_px = wide ? 32 : 16;
   impl->program = build_program(impl->cl_context_, impl->cl_device, impl->tile_px, impl->lanes);
   return impl;
 }

@@ -204,12 +204,13 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   }
 
   // The step between texel sizes, and the texel that snapping the corner can cost, are paid for by rounding up.
+  // A map has at least two texels a side: look-ups read pairs.
   const double usable_px = std::max(1.0, static_cast<double>(resolution_px) - 2.0);
   const glm::dvec2 extent = high - low;
   const double texel = std::exp2(std::ceil(std::log2(std::max(extent.x, extent.y) / usable_px) * 8.0) / 8.0);
   const glm::dvec2 corner{std::floor(low.x / texel) * texel, std::ceil(high.y / texel) * texel};
   const glm::uvec2 size_px = glm::clamp(glm::uvec2(std::ceil((high.x - corner.x) / texel), std::ceil((corner.y - low.y) / texel)),
-                                        glm::uvec2(1), glm::uvec2(resolution_px));
+                                        glm::uvec2(2), glm::uvec2(std::max(2u, resolution_px)));
 
   fitted.view = base_view(fitted.frustum, 1.0 / texel, corner, size_px, tile_px);
   fitted.lm_from_px_scale = texel;
@@ -219,6 +220,16 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   fitted.view.znear = static_cast<float>(fitted.znear);
   fitted.view.d_far = static_cast<float>(1.0 / fitted.zfar);
   return fitted;
+}
+
+cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, double znear) {
+  const glm::dmat4 view_from_mesh = view_from_world * mesh.world_from_mesh;
+  for (int i = 0; i < 8; ++i)
+    if ((view_from_mesh * glm::dvec4(corner_of(mesh.bounds, i), 1.0)).z <= znear * 1.001) return HS_CULL_NONE;
+  // Views are left-handed and pixel rows count downwards, so that an outward face has negative area in pixels where the mesh is
+  // not mirrored: counter-clockwise as ever, with y down.
+  const double handedness = mesh.orientation * glm::determinant(glm::dmat3(mesh.world_from_mesh));
+  return handedness > 0.0 ? HS_CULL_POSITIVE : handedness < 0.0 ? HS_CULL_NEGATIVE : HS_CULL_NONE;
 }
 
 HsTransform transform_rows(const glm::dmat4& m) {

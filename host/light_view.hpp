@@ -23,6 +23,7 @@ struct Bounds {
 struct PlacedMesh {
   glm::dmat4 world_from_mesh{1.0};  ///< takes the mesh's stored positions (relative to Mesh::origin) to the world
   Bounds bounds;                    ///< of the stored positions
+  int orientation = 0;              ///< solid_orientation of the mesh
   bool casts_shadow = true, receives_shadow = true;
 };
 
@@ -54,6 +55,10 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
 /// Meshes that may be seen: not wholly outside one plane of the frustum.
 std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vector<PlacedMesh>& meshes, double znear,
                                           double zfar);
+
+/// Which triangles of a mesh (HS_CULL_) cannot be seen in a view: those that turn away, of a solid that lies wholly beyond
+/// `znear`.
+cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, double znear);
 
 /// Rows of the 3x4 matrix to_view * world_from_mesh, composed in double.
 HsTransform transform_rows(const glm::dmat4& view_from_mesh);

@@ -61,6 +61,7 @@ struct Resident {
   std::uint32_t vertex_count = 0, triangle_count = 0, edge_count = 0;
   std::uint32_t edge_record_count = 0;  ///< the most HsEdge records: one an edge, and one more for every two faces beyond two
   std::vector<Bounds> bounds;
+  std::vector<int> orientations;   ///< of each mesh: solid_orientation
   cl::Buffer positions;            // float[3 * vertex_count]
   cl::Buffer triangle_corners;     // uint[3 * triangle_count], scene-wide vertices
   cl::Buffer face_meshes;          // uint[triangle_count]
@@ -71,19 +72,31 @@ struct Resident {
   cl::Buffer vertex_edges;         // uint[2 * edge_count]
 };
 
+/// A mesh as it is uploaded.
+struct Prepared {
+  explicit Prepared(const Mesh& source)
+      : mesh(in_spatial_order(source)), topology(build_topology(mesh)), orientation(solid_orientation(mesh, topology)) {}
+  Mesh mesh;
+  Topology topology;
+  int orientation;
+};
+
 Resident upload(const DeviceImpl& device, const Scene& scene) {
   Resident resident;
   std::vector<glm::vec3> positions;
   std::vector<glm::uvec3> triangles;
   std::vector<std::uint32_t> face_meshes, edge_face_offsets{0}, edge_faces, vertex_edge_offsets{0}, vertex_edges;
   std::vector<glm::uvec2> edges;
-  std::map<const Mesh*, Topology> topologies;
+  std::map<const Mesh*, Prepared> prepared;  // a mesh may stand in the scene more than once
   for (std::uint32_t m = 0; m < scene.meshes.size(); ++m) {
-    const Mesh& mesh = *scene.meshes[m].mesh;
     resident.meshes.push_back(scene.meshes[m].mesh);
-    const auto found = topologies.find(&mesh);
-    const Topology& topology =
-        found != topologies.end() ? found->second : topologies.emplace(&mesh, build_topology(mesh)).first->second;
+    const auto found = prepared.find(scene.meshes[m].mesh.get());
+    const Prepared& part = found != prepared.end()
+                               ? found->second
+                               : prepared.emplace(scene.meshes[m].mesh.get(), *scene.meshes[m].mesh).first->second;
+    const Mesh& mesh = part.mesh;
+    const Topology& topology = part.topology;
+    resident.orientations.push_back(part.orientation);
     const std::size_t limit = std::size_t{1} << 30;  // faces are stored shifted by one bit
     if (positions.size() + mesh.positions.size() > limit || triangles.size() + mesh.triangles.size() > limit ||
         edges.size() + topology.edges.size() > limit)
@@ -135,11 +148,14 @@ struct Blocks {
   std::uint32_t count = 0;
 };
 
-Blocks blocks_of(const DeviceImpl& device, const std::vector<Range>& ranges, const std::vector<std::uint32_t>& meshes) {
+/// `cull`: HS_CULL_ a mesh of the scene, or empty.
+Blocks blocks_of(const DeviceImpl& device, const std::vector<Range>& ranges, const std::vector<std::uint32_t>& meshes,
+                 const std::vector<cl_uint>& cull = {}) {
   std::vector<HsBlock> blocks;
   for (const std::uint32_t m : meshes)
     for (std::uint32_t i = 0; i < ranges[m].count; i += HS_BLOCK_SIZE)
-      blocks.push_back({ranges[m].first + i, std::min<std::uint32_t>(HS_BLOCK_SIZE, ranges[m].count - i), m, 0});
+      blocks.push_back({ranges[m].first + i, std::min<std::uint32_t>(HS_BLOCK_SIZE, ranges[m].count - i), m,
+                        cull.empty() ? HS_CULL_NONE : cull[m]});
   return {buffer_of(device, blocks, "block list"), static_cast<std::uint32_t>(blocks.size())};
 }
 
@@ -157,10 +173,14 @@ DrawList draw_list(const DeviceImpl& device, const Resident& resident, const std
   DrawList list;
   list.view = view;
   std::vector<HsTransform> transforms;
-  for (const PlacedMesh& mesh : placed) transforms.push_back(transform_rows(view_from_world * mesh.world_from_mesh));
+  std::vector<cl_uint> cull;
+  for (const PlacedMesh& mesh : placed) {
+    transforms.push_back(transform_rows(view_from_world * mesh.world_from_mesh));
+    cull.push_back(hidden_faces(mesh, view_from_world, view.znear));
+  }
   list.transforms = buffer_of(device, transforms, "transforms");
   list.vertices = blocks_of(device, resident.vertices, drawn);
-  list.triangles = blocks_of(device, resident.triangles, drawn);
+  list.triangles = blocks_of(device, resident.triangles, drawn, cull);
   list.caster_triangles = blocks_of(device, resident.triangles, casters);
   list.caster_edges = blocks_of(device, resident.edges, casters);
   return list;
@@ -227,7 +247,7 @@ struct Renderer::State {
   Bins receiver_bins;
   std::map<unsigned, DiscSamples> disc_samples_of;  ///< by their number
   GrowingBuffer shadow_map, fin_depth, fin_alpha, tile_near_fins;
-  GrowingBuffer depth, normal, base_color, visibility, rgb;
+  GrowingBuffer depth, normal, face, visibility, rgb;
   GrowingBuffer counters;  // LightCounters a light
 
   std::string label;  ///< whose stages are being timed
@@ -276,9 +296,9 @@ struct Renderer::State {
     launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
   }
 
-  /// The receivers of a G-buffer: strips of 16 x 16 pixels a work-item on CPU devices, a pixel on GPU devices.
+  /// The pixels of a G-buffer: 16 x 16 a work-item on CPU devices, one on GPU devices (HS_FOR_PIXELS in kernels/common.h).
   template <class... Args>
-  void launch_receivers(std::string_view name, glm::uvec2 size_px, const Args&... args) {
+  void launch_pixels(std::string_view name, glm::uvec2 size_px, const Args&... args) {
     const auto cover = [](std::size_t n, std::size_t by) { return (n + by - 1) / by; };
     if (device->lanes == 1)
       launch(name, cl::NDRange(cover(size_px.x, 16) * 16, cover(size_px.y, 16) * 16), cl::NDRange(16, 16), args...);
@@ -315,17 +335,17 @@ struct Renderer::State {
     const std::size_t pixels = pixels_of(list.view);
     depth.at_least(*device, pixels * sizeof(cl_float), "G-buffer depth");
     normal.at_least(*device, pixels * sizeof(cl_float4), "G-buffer normals");
-    base_color.at_least(*device, pixels * sizeof(cl_float4), "G-buffer colours");
+    face.at_least(*device, pixels * sizeof(cl_uint), "G-buffer faces");
     face_normals.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face normals");
 
     transform_and_bin(list);
-    launch_blocks("face_normals", list.triangles, list.view, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
-                  materials, face_normals.get());
+    launch_blocks("face_normals", list.triangles, list.view, list.triangles.blocks, triangle_bins.rects.get(),
+                  resident.triangle_corners, vertices_vs.get(), materials, face_normals.get());
     launch_tiles("raster_gbuffer", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
                  triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
-                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), face_normals.get(), resident.face_meshes,
-                 materials, depth.get(), normal.get(), base_color.get());
-    return {scene.camera.resolution, depth.get()(), nullptr, normal.get()(), base_color.get()()};
+                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), face_normals.get(), depth.get(), normal.get(),
+                 face.get());
+    return {scene.camera.resolution, depth.get()(), nullptr, normal.get()(), nullptr, face.get()()};
   }
 
   void draw_shadow_map(const DrawList& list, std::string_view bound_kernel = "bound_triangles") {
@@ -484,7 +504,7 @@ struct Renderer::State {
     const HsReceiverView view = receiver_view(scene.camera, light, has_depth);
     const cl::Buffer depth_or_position(has_depth ? gbuffer.depth : gbuffer.position, true), normals(gbuffer.normal, true);
     const auto receive = [&](std::string_view kernel, const auto&... args) {
-      launch_receivers(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
+      launch_pixels(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
     };
     if (exact)
       draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
@@ -519,12 +539,11 @@ struct Renderer::State {
     std::vector<HsShadeLight> lights;
     for (const Light& light : scene.lights) lights.push_back(shade_light(scene.camera, light));
     const cl_float4 ambient{{scene.ambient.x, scene.ambient.y, scene.ambient.z, 0.0f}};
-    const bool has_depth = gbuffer.depth != nullptr;
-    const std::size_t width = (gbuffer.resolution.x + 63) / 64 * 64;
-    launch("shade", cl::NDRange(width, gbuffer.resolution.y), cl::NDRange(64, 1), static_cast<cl_uint>(lights.size()),
-           buffer_of(*device, lights, "lights"), ambient, shade_view(scene.camera, has_depth),
-           cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true), cl::Buffer(gbuffer.normal, true),
-           cl::Buffer(gbuffer.base_color, true), planes, out);
+    const bool has_depth = gbuffer.depth != nullptr, has_colors = gbuffer.base_color != nullptr;
+    launch_pixels("shade", gbuffer.resolution, static_cast<cl_uint>(lights.size()), buffer_of(*device, lights, "lights"), ambient,
+                  shade_view(scene.camera, has_depth), cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
+                  cl::Buffer(gbuffer.normal, true), has_colors ? cl::Buffer(gbuffer.base_color, true) : cl::Buffer(),
+                  has_colors ? cl::Buffer() : cl::Buffer(gbuffer.face, true), resident.face_meshes, materials, planes, out);
   }
 
   // ------------------------------------------------------------------------------------------------------------- checks
@@ -607,7 +626,8 @@ void Renderer::set_scene(const Scene& scene) {
     std::vector<cl_float4> materials;
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       const SceneMesh& mesh = scene.meshes[i];
-      s.placed.push_back({world_from_mesh(mesh), s.resident.bounds[i], mesh.casts_shadow, mesh.receives_shadow});
+      s.placed.push_back(
+          {world_from_mesh(mesh), s.resident.bounds[i], s.resident.orientations[i], mesh.casts_shadow, mesh.receives_shadow});
       materials.push_back({{mesh.base_color.x, mesh.base_color.y, mesh.base_color.z, mesh.receives_shadow ? 1.0f : 0.0f}});
     }
     s.materials = buffer_of(*s.device, materials, "materials");
@@ -654,7 +674,8 @@ void Renderer::enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem r
   s.require_scene("enqueue_shade");
   s.check(gbuffer, "enqueue_shade");
   const std::size_t pixels = pixels_of(s.camera_list->view);
-  State::check_plane(gbuffer.base_color, pixels * 16, "base colour", "enqueue_shade");
+  State::check_plane(gbuffer.base_color ? gbuffer.base_color : gbuffer.face, pixels * (gbuffer.base_color ? 16 : 4),
+                     "base colour or face", "enqueue_shade");
   State::check_plane(visibility, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * 4, "visibility", "enqueue_shade");
   State::check_plane(rgb, pixels * 16, "rgb", "enqueue_shade");
   guarded("enqueue_shade", [&] { s.draw_shade(gbuffer, cl::Buffer(visibility, true), cl::Buffer(rgb, true)); });

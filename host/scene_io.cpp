@@ -31,6 +31,13 @@ constexpr double max_angle_deg = 175.0;
 /// The least sine of the angle between an axis and its up direction.
 constexpr double min_up_sine = 1e-6;
 
+/// A value as a message can show it: on one line and not too long.
+std::string shown(const Json& value) {
+  std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
 // ---- near misses ------------------------------------------------------------------------------------------------------------
 
 /// Letters to insert, remove or replace to get from a to b.
@@ -73,10 +80,7 @@ class Node {
   Node(const Json& value, std::string_view file, std::string place) : value_(&value), file_(file), place_(std::move(place)) {}
 
   [[noreturn]] void fail(std::string_view expected, std::string_view remedy = "") const {
-    std::string found = value_->dump(-1, ' ', true);
-    if (found.size() > 60) found = found.substr(0, 57) + "...";
-    throw InputError(
-        fmt::format("{}: {}expected {} (found {}){}", file_, place_.empty() ? "" : place_ + ": ", expected, found, remedy));
+    throw InputError(fmt::format("{}expected {} (found {}){}", start_of_message(), expected, shown(*value_), remedy));
   }
 
   /// This value, once it is an object with no other keys than these.
@@ -84,8 +88,8 @@ class Node {
     if (!value_->is_object()) fail("an object");
     for (const auto& [key, value] : value_->items()) {
       if (std::ranges::find(known_keys, key) != known_keys.end()) continue;
-      throw InputError(fmt::format("{}: {}: expected one of the keys {} (found {}){}", file_, child_place(key),
-                                   fmt::join(known_keys, ", "), Json(key).dump(-1, ' ', true), suggestion(key, known_keys)));
+      throw InputError(fmt::format("{}expected one of the keys {} (found {}){}", start_of_message(), fmt::join(known_keys, ", "),
+                                   shown(key), suggestion(key, known_keys)));
     }
     return *this;
   }
@@ -95,7 +99,7 @@ class Node {
   Node at(std::string_view key) const {
     const auto found = value_->find(key);
     if (found != value_->end()) return {*found, file_, child_place(key)};
-    throw InputError(fmt::format("{}: {}: expected a value (the key is missing); add \"{}\"", file_, child_place(key), key));
+    throw InputError(fmt::format("{}expected the key \"{}\" (it is missing); add it", start_of_message(), key));
   }
 
   std::vector<Node> items() const {
@@ -152,6 +156,10 @@ class Node {
   }
 
  private:
+  std::string start_of_message() const {
+    return place_.empty() ? fmt::format("{}: ", file_) : fmt::format("{}: {}: ", file_, place_);
+  }
+
   std::string child_place(std::string_view key) const {
     return place_.empty() ? std::string(key) : fmt::format("{}.{}", place_, key);
   }
@@ -169,7 +177,7 @@ Json parse_json(const std::string& text, const std::string& file) {
     if (event == Json::parse_event_t::object_start) open_objects.emplace_back();
     if (event == Json::parse_event_t::object_end) open_objects.pop_back();
     if (event == Json::parse_event_t::key) {
-      last_key = value.dump(-1, ' ', true);
+      last_key = shown(value);
       if (!open_objects.back().insert(value.get<std::string>()).second) {
         throw InputError(fmt::format("{}: expected every key once in an object (found {} twice); remove one", file, last_key));
       }
@@ -209,6 +217,8 @@ SceneMesh read_mesh(const Node& node, const std::filesystem::path& folder, MeshF
   node.object({"name", "path", "translation", "rotation_deg", "scale", "casts_shadow", "receives_shadow", "base_color"});
   std::string path;
   node.require("path", path);
+  if (std::ranges::any_of(path, [](unsigned char c) { return c < 0x20; }))
+    node.at("path").fail("a path without control characters");
   SceneMesh mesh;
   mesh.name = std::filesystem::path(path).stem().string();
   node.read("name", mesh.name);
@@ -224,7 +234,7 @@ SceneMesh read_mesh(const Node& node, const std::filesystem::path& folder, MeshF
   } catch (const InputError& error) {
     // The meshes of Debian's glmark2-data are too good to pass by and not ours to ship.
     const bool is_package = path.starts_with("/usr/share/glmark2/") && !std::filesystem::exists(path);
-    throw InputError(fmt::format("{}: mesh \"{}\": {}{}", file, mesh.name, error.what(),
+    throw InputError(fmt::format("{}: mesh {}: {}{}", file, shown(mesh.name), error.what(),
                                  is_package ? ", or install the Debian package glmark2-data" : ""));
   }
   return mesh;
@@ -307,7 +317,7 @@ Property<S> property_of(S& scene, std::string_view target, std::string_view wher
   throw InputError(
       fmt::format("{}: expected <mesh>.translation|rotation_deg|scale, camera.position|target or "
                   "<light>.position|target|radius|intensity (found {}){}",
-                  where, Json(target).dump(-1, ' ', true, Json::error_handler_t::replace), suggestion(target, known)));
+                  where, shown(target), suggestion(target, known)));
 }
 
 Animation read_animation(const Node& node, const Scene& scene, std::string_view file) {
@@ -352,9 +362,6 @@ bool is_finite(const glm::vec<3, T>& v) {
 
 std::string shown(double x) {
   return fmt::format("{}", x);
-}
-std::string shown(const std::string& text) {
-  return Json(text).dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 std::string shown(const glm::uvec2& v) {
   return fmt::format("[{}, {}]", v.x, v.y);

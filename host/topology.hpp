@@ -28,6 +28,14 @@ struct Topology {
   std::size_t inconsistent_edge_count = 0;  ///< two faces that run the same way along it
 };
 
+/// The same mesh with its triangles along a space-filling curve and its vertices in the order of their first use, so that what is
+/// drawn together lies together in memory. Exporters' orders cost half of the rasterizer's time in cache misses.
+Mesh in_spatial_order(const Mesh& mesh);
+
+/// +1 if every connected part of the mesh is closed, two-manifold, consistently wound and turned outwards (-1: inwards), else 0.
+/// Seen from outside, the faces of such a mesh that turn away are always behind others.
+int solid_orientation(const Mesh& mesh, const Topology& topology);
+
 /// Deterministic: edges are sorted by (x, y), faces of an edge by index.
 Topology build_topology(const Mesh& mesh);
 

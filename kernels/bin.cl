@@ -4,14 +4,15 @@
 // Clips a triangle against the near plane and the guard band, before the divide (Sutherland & Hodgman), into fixed-point
 // vertices of a convex polygon. Returns their number, 0 or 3 .. HS_CLIP_VERTICES.
 // A cut point is computed from the inside vertex to the outside one, whichever triangle asks, so that neighbours agree about it.
+// The polygon does not depend on where the file begins the triangle.
 #define HS_CLIP_VERTICES 8
 inline int clip_triangle(const HsView view, float3 a, float3 b, float3 c, int4* polygon) {
-  float3 in[HS_CLIP_VERTICES], out[HS_CLIP_VERTICES];  // X, Y, W: texels from the middle, times W = z
-  const float3 corners[3] = {a, b, c};
+  float3 in[HS_CLIP_VERTICES], out[HS_CLIP_VERTICES];
+  sort_corners(&a, &b, &c);
+  in[0] = homogeneous_px(view, a);
+  in[1] = homogeneous_px(view, b);
+  in[2] = homogeneous_px(view, c);
   int count = 3;
-  for (int i = 0; i < 3; ++i)
-    in[i] = (float3)(corners[i].x * view.px_from_q.x + corners[i].z * (view.px_from_q.y - (float)view.mid_x_px),
-                     corners[i].y * view.px_from_q.z + corners[i].z * (view.px_from_q.w - (float)view.mid_y_px), corners[i].z);
   for (int plane = 0; plane < 5 && count > 0; ++plane) {
     int kept = 0;
     for (int i = 0; i < count; ++i) {
@@ -35,9 +36,8 @@ inline int clip_triangle(const HsView view, float3 a, float3 b, float3 c, int4* 
     count = kept;
   }
   for (int i = 0; i < count; ++i) {
-    const float d = 1.0f / fmax(in[i].z, view.znear);
-    const float2 from_mid = clamp(in[i].xy * d, -(float)HS_GUARD_PX, (float)HS_GUARD_PX);
-    polygon[i] = (int4)(convert_int2_rte(from_mid * (float)HS_SUBPIXEL), as_int(d), 0);
+    in[i].z = fmax(in[i].z, view.znear);
+    polygon[i] = (int4)(snap_px(in[i]), as_int(1.0f / in[i].z), 0);
   }
   return count;
 }
@@ -48,13 +48,17 @@ inline int first_texel(int fixed_px, uint mid_px) {
 }
 inline int last_texel(int fixed_px, uint mid_px) { return ((fixed_px - HS_SUBPIXEL / 2) >> HS_SUBPIXEL_BITS) + (int)mid_px; }
 
-// The tiles a triangle may touch; none if it covers no texel centre, has no area or a vertex that is not finite.
-inline ushort4 triangle_rect(const HsView view, uint3 corner, __global const float4* vertices_vs,
+// The tiles a triangle may touch; none if it covers no texel centre, is culled or has a vertex that is not finite.
+inline ushort4 triangle_rect(const HsView view, uint3 corner, uint cull, __global const float4* vertices_vs,
                              __global const int4* vertices_px, __global HsStatus* status) {
   const int4 a = vertices_px[corner.x], b = vertices_px[corner.y], c = vertices_px[corner.z];
   const uint flags = as_uint(a.w | b.w | c.w);
   int2 low, high;
   if (flags == 0) {
+    if (cull != HS_CULL_NONE) {
+      const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(b.y - a.y) * (c.x - a.x);
+      if (cull == HS_CULL_POSITIVE ? area >= 0 : area <= 0) return (ushort4)(0);
+    }
     low = min(a.xy, min(b.xy, c.xy));
     high = max(a.xy, max(b.xy, c.xy));
   } else {
@@ -82,7 +86,7 @@ __kernel void bound_triangles(const HsView view, __global const HsBlock* blocks,
   const HsBlock block = blocks[get_group_id(0)];
   ushort4 rect = (ushort4)(0);
   if (get_local_id(0) < block.count) {
-    rect = triangle_rect(view, vload3(block.first + get_local_id(0), triangles), vertices_vs, vertices_px, status);
+    rect = triangle_rect(view, vload3(block.first + get_local_id(0), triangles), block.cull, vertices_vs, vertices_px, status);
     count_rect(rect, view.tiles_x, tile_counts);
   }
   rects[get_global_id(0)] = rect;

@@ -8,6 +8,9 @@
 // Facing, coverage and crossings are decided by signs: a*b - b*a must be 0. PoCL contracts unless told not to.
 #pragma OPENCL FP_CONTRACT OFF
 
+// Wide values are passed in memory between functions that are not inlined.
+#define HS_INLINE inline __attribute__((always_inline))
+
 #if HS_LANES == 16
 typedef float16 vfloat;
 typedef int16 vint;
@@ -20,27 +23,36 @@ typedef int16 vint;
 #define v_store(v, p) vstore16(v, 0, p)
 #define v_float convert_float16
 #define v_int convert_int16
+#define v_float_of_bits as_float16
 #define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
-inline bool v_any(int16 m) {
+HS_INLINE bool v_any(int16 m) {
   const int8 a = m.lo | m.hi;
   const int4 b = a.lo | a.hi;
   const int2 c = b.lo | b.hi;
   return (c.x | c.y) != 0;
 }
-inline float16 v_gather(__global const float* p, int16 i) {
+HS_INLINE float16 v_gather(__global const float* p, int16 i) {
   return (float16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
                    p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 }
-inline int v_min(int16 v) {
-  const int8 a = min(v.lo, v.hi);
-  const int4 b = min(a.lo, a.hi);
-  const int2 c = min(b.lo, b.hi);
-  return min(c.x, c.y);
+#define v_all(m) (!v_any(!(m)))
+#define v_first(v) ((v).s0)
+// p[i] and p[i + 1]: one 8-byte load serves both.
+HS_INLINE void v_gather_pair(__global const float* p, int16 i, float16* left, float16* right) {
+#define HS_PAIR(k) as_ulong(vload2(0, p + i.k))
+  const float16 a = as_float16((ulong8)(HS_PAIR(s0), HS_PAIR(s1), HS_PAIR(s2), HS_PAIR(s3), HS_PAIR(s4), HS_PAIR(s5), HS_PAIR(s6), HS_PAIR(s7)));
+  const float16 b = as_float16((ulong8)(HS_PAIR(s8), HS_PAIR(s9), HS_PAIR(sa), HS_PAIR(sb), HS_PAIR(sc), HS_PAIR(sd), HS_PAIR(se), HS_PAIR(sf)));
+#undef HS_PAIR
+  *left = (float16)(a.even, b.even);
+  *right = (float16)(a.odd, b.odd);
 }
 // Visits the texels x0..x1, y0..y1 of a tile: x is the first of 16 texels in row y, and may reach past x1 (mask or ignore).
 #define HS_FOR_TEXELS(x, y, x0, y0, x1, y1) \
   for (int y = (y0); y <= (y1); ++y)        \
     for (int x = (x0); x <= (x1); x += 16)
+// The same, column blocks outside, rows inside: what depends on x alone is worked out once a block.
+#define HS_FOR_COLUMNS(x, x0, x1) for (int x = (x0); x <= (x1); x += 16)
+#define HS_FOR_ROWS(y, y0, y1) for (int y = (y0); y <= (y1); ++y)
 #define HS_SLOT(x, y) ((y) * HS_ROW + (x))
 #else
 typedef float vfloat;
@@ -52,35 +64,159 @@ typedef int vint;
 #define v_store(v, p) (*(p) = (v))
 #define v_float (float)
 #define v_int (int)
+#define v_float_of_bits as_float
 #define v_select(if_false, if_true, mask) ((mask) ? (if_true) : (if_false))
 #define v_any(m) ((m) != 0)
 #define v_gather(p, i) ((p)[i])
-#define v_min(v) (v)
-#define HS_FOR_TEXELS(x, y, x0, y0, x1, y1)                                                                            \
-  for (int y = (int)get_local_id(0) / HS_TILE, x = (int)get_local_id(0) % HS_TILE,                                     \
-           hs_once = (x >= (x0) && x <= (x1) && y >= (y0) && y <= (y1));                                               \
-       hs_once; hs_once = 0)
+HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float* right) {
+  *left = p[i];
+  *right = p[i + 1];
+}
+#define v_all(m) ((m) != 0)
+#define v_first(v) (v)
+// A loop of no or one step: over the work-item's own texel, if it lies between.
+#define HS_FOR_OWN(i, own, first, last) \
+  for (int i = (own), hs_once_##i = i >= (first) && i <= (last); hs_once_##i; hs_once_##i = 0)
+#define HS_FOR_COLUMNS(x, x0, x1) HS_FOR_OWN(x, (int)get_local_id(0) % HS_TILE, x0, x1)
+#define HS_FOR_ROWS(y, y0, y1) HS_FOR_OWN(y, (int)get_local_id(0) / HS_TILE, y0, y1)
+#define HS_FOR_TEXELS(x, y, x0, y0, x1, y1) HS_FOR_ROWS(y, y0, y1) HS_FOR_COLUMNS(x, x0, x1)
 #define HS_SLOT(x, y) 0
 #endif
 
+// Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
+// Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.
+#if HS_LANES == 16
+#define HS_STRIP 16
+#else
+#define HS_STRIP 1
+#endif
+#define HS_FOR_PIXELS(px, py, valid, width_px, height_px)                                                                     \
+  const int px = (int)get_global_id(0) * HS_LANES, valid = min(HS_LANES, (int)(width_px)-px);                                 \
+  for (int py = (int)get_global_id(1) * HS_STRIP, hs_end = valid > 0 ? min(py + HS_STRIP, (int)(height_px)) : 0; py < hs_end; \
+       ++py)
+
+// Stores past the cache where the compiler can: screen planes are larger than any, and reading lines only to overwrite them costs
+// half of the bandwidth.
+HS_INLINE void stream_float4(float4 value, __global float4* to) {
+#if HS_LANES == 16 && defined(__has_builtin)
+#if __has_builtin(__builtin_nontemporal_store)
+  __builtin_nontemporal_store(value, to);
+  return;
+#endif
+#endif
+  *to = value;
+}
+
+// Loads a plane's HS_LANES values from pixel `first`, repeating the last of `valid`.
+HS_INLINE vfloat load_lanes(__global const float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid >= 16) return vload16(0, plane + first);
+  float lanes[16];
+  for (int i = 0; i < 16; ++i) lanes[i] = plane[first + min(i, valid - 1)];
+  return vload16(0, lanes);
+#else
+  return plane[first];
+#endif
+}
+
+// Every fourth value.
+HS_INLINE vfloat strided_lanes(const float* p) {
+#if HS_LANES == 16
+  return (float16)(p[0], p[4], p[8], p[12], p[16], p[20], p[24], p[28], p[32], p[36], p[40], p[44], p[48], p[52], p[56], p[60]);
+#else
+  return p[0];
+#endif
+}
+
+// Loads four interleaved channels of HS_LANES pixels.
+HS_INLINE void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
+#if HS_LANES == 16
+  if (valid >= 16) {
+    __global const float* p = (__global const float*)(plane + first);
+    const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
+    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
+    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
+    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
+    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+    return;
+  }
+  float lanes[4][16];
+  for (int i = 0; i < 16; ++i) {
+    const float4 value = plane[first + min(i, valid - 1)];
+    lanes[0][i] = value.x;
+    lanes[1][i] = value.y;
+    lanes[2][i] = value.z;
+    lanes[3][i] = value.w;
+  }
+  *x = vload16(0, lanes[0]);
+  *y = vload16(0, lanes[1]);
+  *z = vload16(0, lanes[2]);
+  *w = vload16(0, lanes[3]);
+#else
+  const float4 value = plane[first];
+  *x = value.x;
+  *y = value.y;
+  *z = value.z;
+  *w = value.w;
+#endif
+}
+
+// Stores the first `valid` values to a plane from pixel `first`.
+HS_INLINE void store_lanes(vfloat value, __global float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid < 16) {
+    for (int i = 0; i < valid; ++i) plane[first + i] = ((const float*)&value)[i];
+    return;
+  }
+#endif
+  v_store(value, plane + first);
+}
+
+// The same, past the cache.
+HS_INLINE void stream_lanes(vfloat value, __global float* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  if (valid == 16 && first % 4 == 0) {
+    __global float4* to = (__global float4*)(plane + first);
+    stream_float4(value.s0123, to);
+    stream_float4(value.s4567, to + 1);
+    stream_float4(value.s89ab, to + 2);
+    stream_float4(value.scdef, to + 3);
+    return;
+  }
+#endif
+  store_lanes(value, plane, first, valid);
+}
+
+// Stores four interleaved channels.
+HS_INLINE void store_lanes4(vfloat x, vfloat y, vfloat z, vfloat w, __global float4* plane, size_t first, int valid) {
+#if HS_LANES == 16
+  float4 pixels[16];
+  for (int i = 0; i < 16; ++i)
+    pixels[i] = (float4)(((const float*)&x)[i], ((const float*)&y)[i], ((const float*)&z)[i], ((const float*)&w)[i]);
+  for (int i = 0; i < valid; ++i) stream_float4(pixels[i], plane + first + i);
+#else
+  plane[first] = (float4)(x, y, z, w);
+#endif
+}
+
 // The tile of the calling work-group, and its first texel.
-inline int2 tile_origin_px(const HsView view) {
+HS_INLINE int2 tile_origin_px(const HsView view) {
   const uint tile = get_group_id(0);
   return (int2)(tile % view.tiles_x, tile / view.tiles_x) * HS_TILE;
 }
 
 // A list of things that touch each tile: the references of tile t are refs[offsets[t] .. offsets[t+1]).
 // Where the total is more than the buffer holds, refs is unusable and the tile goes through all rects instead: slow, but whole.
-inline bool bins_overflow(__global const uint* offsets, uint tile_count, uint capacity) { return offsets[tile_count] > capacity; }
+HS_INLINE bool bins_overflow(__global const uint* offsets, uint tile_count, uint capacity) { return offsets[tile_count] > capacity; }
 
 // The tiles a primitive may touch: x0, y0 inclusive, x1, y1 exclusive; all 0 for none.
-inline bool rect_has(ushort4 rect, uint tile, uint tiles_x) {
+HS_INLINE bool rect_has(ushort4 rect, uint tile, uint tiles_x) {
   const uint x = tile % tiles_x, y = tile / tiles_x;
   return x >= rect.x && x < rect.z && y >= rect.y && y < rect.w;
 }
 
 // A rectangle in texels, inclusive, to tiles. Empty where it misses the map.
-inline ushort4 rect_of_texels(const HsView view, int x0, int y0, int x1, int y1) {
+HS_INLINE ushort4 rect_of_texels(const HsView view, int x0, int y0, int x1, int y1) {
   x0 = max(x0, 0);
   y0 = max(y0, 0);
   x1 = min(x1, (int)view.width_px - 1);
@@ -89,12 +225,12 @@ inline ushort4 rect_of_texels(const HsView view, int x0, int y0, int x1, int y1)
   return convert_ushort4((int4)(x0 / HS_TILE, y0 / HS_TILE, x1 / HS_TILE + 1, y1 / HS_TILE + 1));
 }
 
-inline void count_rect(ushort4 rect, uint tiles_x, __global uint* tile_counts) {
+HS_INLINE void count_rect(ushort4 rect, uint tiles_x, __global uint* tile_counts) {
   for (uint y = rect.y; y < rect.w; ++y)
     for (uint x = rect.x; x < rect.z; ++x) atomic_inc(&tile_counts[y * tiles_x + x]);
 }
 
-inline void fill_rect(ushort4 rect, uint tiles_x, uint id, __global uint* tile_cursors, __global uint* refs, uint capacity) {
+HS_INLINE void fill_rect(ushort4 rect, uint tiles_x, uint id, __global uint* tile_cursors, __global uint* refs, uint capacity) {
   for (uint y = rect.y; y < rect.w; ++y)
     for (uint x = rect.x; x < rect.z; ++x) {
       const uint slot = atomic_inc(&tile_cursors[y * tiles_x + x]);
@@ -103,7 +239,35 @@ inline void fill_rect(ushort4 rect, uint tiles_x, uint id, __global uint* tile_c
 }
 
 // View space to texels: (px, py, 1/z). Only for z >= znear.
-inline float3 project_px(const HsView view, float3 p) {
+HS_INLINE float3 project_px(const HsView view, float3 p) {
   const float d = 1.0f / p.z;
   return (float3)(p.x * d * view.px_from_q.x + view.px_from_q.y, p.y * d * view.px_from_q.z + view.px_from_q.w, d);
+}
+
+// View space to texels from the middle of the map, times z: (x z, y z, z). Linear, so that clipping can cut it.
+inline float3 homogeneous_px(const HsView view, float3 p) {
+  return (float3)(p.x * view.px_from_q.x + p.z * (view.px_from_q.y - (float)view.mid_x_px),
+                  p.y * view.px_from_q.z + p.z * (view.px_from_q.w - (float)view.mid_y_px), p.z);
+}
+
+// To fixed point, for 0 < z and |x|, |y| within the guard band. The one place where vertices are snapped: a triangle that was
+// clipped and its neighbour that was not agree about the corners they share.
+inline int2 snap_px(float3 p) {
+  const float2 from_mid = clamp(p.xy * (1.0f / p.z), -(float)HS_GUARD_PX, (float)HS_GUARD_PX);
+  return convert_int2_rte(from_mid * (float)HS_SUBPIXEL);
+}
+
+// Orders three points so that the result of a computation on them does not depend on where the file begins the triangle.
+// Returns true if the order was odd (the winding is reversed).
+inline bool sort_corners(float3* a, float3* b, float3* c) {
+#define HS_LESS(p, q) ((p).x < (q).x || ((p).x == (q).x && ((p).y < (q).y || ((p).y == (q).y && (p).z < (q).z))))
+  bool odd = false;
+  float3 t;
+  if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+  if (HS_LESS(*c, *b)) {
+    t = *b; *b = *c; *c = t; odd = !odd;
+    if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+  }
+#undef HS_LESS
+  return odd;
 }

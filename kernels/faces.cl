@@ -1,20 +1,5 @@
 // What each face is to a view: which side it turns to a light, and its normal on the side that the camera sees.
 
-// Orders three points so that the result of a computation on them does not depend on where the file begins the triangle.
-// Returns true if the order was odd (the winding is reversed).
-inline bool sort_corners(float3* a, float3* b, float3* c) {
-#define HS_LESS(p, q) ((p).x < (q).x || ((p).x == (q).x && ((p).y < (q).y || ((p).y == (q).y && (p).z < (q).z))))
-  bool odd = false;
-  float3 t;
-  if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
-  if (HS_LESS(*c, *b)) {
-    t = *b; *b = *c; *c = t; odd = !odd;
-    if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
-  }
-#undef HS_LESS
-  return odd;
-}
-
 // Normal (not unit) of a triangle, from the corners' differences: exact enough far from the origin.
 inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
   const bool odd = sort_corners(&a, &b, &c);
@@ -38,11 +23,11 @@ __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* 
 }
 
 // normals: float4 a triangle: unit geometric normal in world space on the side that the camera sees (0 for a face without area);
-// w = 1 where the mesh receives shadows.
-__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+// w = 1 where the mesh receives shadows. Not written for triangles that touch no tile.
+__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const ushort4* rects, __global const uint* triangles,
                            __global const float4* vertices_vs, __global const float4* materials, __global float4* normals) {
   const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
+  if (get_local_id(0) < block.count && rects[get_global_id(0)].z != 0) {
     const uint triangle = block.first + get_local_id(0);
     const uint3 corner = vload3(triangle, triangles);
     float3 anchor;

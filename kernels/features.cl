@@ -55,7 +55,8 @@ inline EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, i
   EdgeAtVertex e;
   const float2 along = apex_px.xy - drawn_px(view, o, vertices_px[other]).xy;
   const float length_px = sqrt(dot(along, along));
-  e.into = length_px > 0.0f ? along / length_px : (float2)(0.0f);
+  // An edge seen end-on has no direction: any will do, as long as the corners at both of its ends agree about it.
+  e.into = length_px > 0.0f ? along / length_px : (float2)(ends.y == vertex ? 1.0f : -1.0f, 0.0f);
   // The stored direction ends.x -> ends.y has the surface to its right where m > 0 (q space, y up): outward is left.
   const bool outward_left = (multiplicity > 0) == (ends.y == vertex);
   e.outward = outward_left ? (float2)(e.into.y, -e.into.x) : (float2)(-e.into.y, e.into.x);
@@ -109,8 +110,16 @@ inline void build_corner(const HsView view, const HsFinShape shape, uint vertex,
       }
     }
     const float2 moved = normal.xy - v.xy * (normal.z / v.z);
-    const float2 shared = (float2)(moved.x, -moved.y);  // texel rows count downwards
+    float2 shared = (float2)(moved.x, -moved.y);  // texel rows count downwards
     const float shared_length = sqrt(dot(shared, shared));
+    // Whichever way the mesh is wound, it leads away from what the fins' edges bound.
+    float2 outward = (float2)(0.0f);
+    for (uint i = begin; i < end; ++i) {
+      const uint edge = vertex_edges[i];
+      if (multiplicities[edge] != 0)
+        outward += edge_at_vertex(view, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex).outward;
+    }
+    if (dot(shared, outward) < 0.0f) shared = -shared;
     for (uint i = begin; i < end; ++i) {
       const uint edge = vertex_edges[i];
       if (multiplicities[edge] == 0) continue;

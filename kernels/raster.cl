@@ -9,13 +9,13 @@ typedef struct {
   int x0, y0, x1, y1;   // texels of the tile that may be covered, inclusive
 } TileTriangle;
 
-inline bool before_px(int4 p, int4 q) { return p.y < q.y || (p.y == q.y && (p.x < q.x || (p.x == q.x && p.z < q.z))); }
+HS_INLINE bool before_px(int4 p, int4 q) { return p.y < q.y || (p.y == q.y && (p.x < q.x || (p.x == q.x && p.z < q.z))); }
 
 // One edge function at the tile's first texel centre, from p to q with the inside to the left (y down: e >= 0).
 // Its value is a multiple-of-256 step away from that of any other texel of the tile, so the lowest 8 bits never matter but for
 // the fill rule: they are floored away, after the top-left rule took one off an edge that does not own its points.
 // Far edges are clamped: the steps over a tile sum to less than 2^30, so the sign cannot change.
-inline void set_edge(TileTriangle* t, int i, int2 p, int2 q, int2 first_centre) {
+HS_INLINE void set_edge(TileTriangle* t, int i, int2 p, int2 q, int2 first_centre) {
   const int2 v = q - p;
   const int a = -v.y, b = v.x;
   const bool owns = v.y < 0 || (v.y == 0 && v.x > 0);
@@ -27,7 +27,7 @@ inline void set_edge(TileTriangle* t, int i, int2 p, int2 q, int2 first_centre) 
 }
 
 // Prepares a triangle for a tile; false if it has no area or misses the tile's texel centres.
-inline bool set_up_triangle(const HsView view, int4 p, int4 q, int4 r, int2 tile_px, TileTriangle* t) {
+HS_INLINE bool set_up_triangle(const HsView view, int4 p, int4 q, int4 r, int2 tile_px, TileTriangle* t) {
   int4 swap;
   if (before_px(q, p)) { swap = p; p = q; q = swap; }
   if (before_px(r, q)) {
@@ -65,14 +65,22 @@ inline bool set_up_triangle(const HsView view, int4 p, int4 q, int4 r, int2 tile
   return true;
 }
 
-// Coverage mask and 1/z of the texels that begin at (x, y) of the tile.
-inline vint cover(const TileTriangle* t, int x, int y, vfloat* d) {
+// Edge functions and 1/z of the texels from x on, in row 0 of the tile; rows are steps from there.
+typedef struct {
+  vint e0, e1, e2;
+  vfloat d;
+} Columns;
+
+HS_INLINE Columns columns_of(const TileTriangle* t, int x) {
   const vint xs = x + v_iota;
-  const vint e0 = (t->e.x + t->b.x * y) + t->a.x * xs;
-  const vint e1 = (t->e.y + t->b.y * y) + t->a.y * xs;
-  const vint e2 = (t->e.z + t->b.z * y) + t->a.z * xs;
-  *d = clamp((t->d + t->d_dy * (float)y) + t->d_dx * v_float(xs), (vfloat)(t->d_min), (vfloat)(t->d_max));
-  return (e0 | e1 | e2) >= 0;
+  const Columns c = {t->e.x + t->a.x * xs, t->e.y + t->a.y * xs, t->e.z + t->a.z * xs, t->d_dx * v_float(xs)};
+  return c;
+}
+
+// Coverage mask and 1/z of a row of them.
+HS_INLINE vint cover(const TileTriangle* t, const Columns* c, int y, vfloat* d) {
+  *d = min(max((t->d + t->d_dy * (float)y) + c->d, t->d_min), t->d_max);
+  return ((c->e0 + t->b.x * y) | (c->e1 + t->b.y * y) | (c->e2 + t->b.z * y)) >= 0;
 }
 
 // Calls draw(triangle) for each piece of a scene triangle that reaches this tile: itself, or the fan of its clipped polygon.
@@ -112,11 +120,14 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const uint3 corner = vload3(triangle, triangles);
     TileTriangle t;
     HS_FOR_PIECES(view, corner, vertices_vs, vertices_px, tile_px, t) {
-      HS_FOR_TEXELS(x, y, t.x0, t.y0, t.x1, t.y1) {
-        vfloat d;
-        const vint covered = cover(&t, x, y, &d);
-        float* slot = nearest_d + HS_SLOT(x, y);
-        v_store(fmax(v_load(slot), v_select((vfloat)(0.0f), d, covered)), slot);
+      HS_FOR_COLUMNS(x, t.x0, t.x1) {
+        const Columns columns = columns_of(&t, x);
+        HS_FOR_ROWS(y, t.y0, t.y1) {
+          vfloat d;
+          const vint covered = cover(&t, &columns, y, &d);
+          float* slot = nearest_d + HS_SLOT(x, y);
+          v_store(max(v_load(slot), v_select((vfloat)(0.0f), d, covered)), slot);
+        }
       }
     }
   }
@@ -125,36 +136,16 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
   HS_FOR_TEXELS(x, y, 0, 0, x_end - 1, y_end - 1) {
     const vfloat d = v_load(nearest_d + HS_SLOT(x, y));
     const vfloat z = v_select((vfloat)(HS_EMPTY_Z), 1.0f / d, d > 0.0f);
-    __global float* out = shadow_map + (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x;
-#if HS_LANES == 16
-    if (x + 16 > x_end) {
-      for (int i = 0; x + i < x_end; ++i) out[i] = ((const float*)&z)[i];
-      continue;
-    }
-#endif
-    v_store(z, out);
+    store_lanes(z, shadow_map, (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x, min(HS_LANES, x_end - x));
   }
 }
 
-// Stores past the cache where the compiler can: a G-buffer is larger than any, and reading lines only to overwrite them costs half
-// of the bandwidth.
-inline void stream_float4(float4 value, __global float4* to) {
-#if HS_LANES == 16 && defined(__has_builtin)
-#if __has_builtin(__builtin_nontemporal_store)
-  __builtin_nontemporal_store(value, to);
-  return;
-#endif
-#endif
-  *to = value;
-}
-
-// depth, normal, base_color: the planes of GBuffer (halfshade.hpp), 0 where nothing is seen.
+// depth, normal, face: the planes of GBuffer (halfshade.hpp); 0, 0 and 0xffffffff where nothing is seen.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_gbuffer(
     const HsView view, __global const HsBlock* blocks, const uint slot_count, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const uint* triangles,
     __global const float4* vertices_vs, __global const int4* vertices_px, __global const float4* face_normals,
-    __global const uint* face_meshes, __global const float4* materials, __global float* depth, __global float4* normal,
-    __global float4* base_color) {
+    __global float* depth, __global float4* normal, __global uint* face) {
   const int2 tile_px = tile_origin_px(view);
   float nearest_d[HS_TILE_STORAGE];
   int nearest_face[HS_TILE_STORAGE];
@@ -165,35 +156,42 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const uint3 corner = vload3(triangle, triangles);
     TileTriangle t;
     HS_FOR_PIECES(view, corner, vertices_vs, vertices_px, tile_px, t) {
-      HS_FOR_TEXELS(x, y, t.x0, t.y0, t.x1, t.y1) {
-        vfloat d;
-        const vint covered = cover(&t, x, y, &d);
-        float* d_slot = nearest_d + HS_SLOT(x, y);
-        int* face_slot = nearest_face + HS_SLOT(x, y);
-        const vfloat old_d = v_load(d_slot);
-        const vint old_face = v_load(face_slot);
-        const vint wins = covered & ((d > old_d) | ((d == old_d) & ((vint)((int)triangle) < old_face)));
-        v_store(v_select(old_d, d, wins), d_slot);
-        v_store(v_select(old_face, (vint)((int)triangle), wins), face_slot);
+      HS_FOR_COLUMNS(x, t.x0, t.x1) {
+        const Columns columns = columns_of(&t, x);
+        HS_FOR_ROWS(y, t.y0, t.y1) {
+          vfloat d;
+          const vint covered = cover(&t, &columns, y, &d);
+          float* d_slot = nearest_d + HS_SLOT(x, y);
+          int* face_slot = nearest_face + HS_SLOT(x, y);
+          const vfloat old_d = v_load(d_slot);
+          const vint old_face = v_load(face_slot);
+          const vint wins = covered & ((d > old_d) | ((d == old_d) & ((vint)((int)triangle) < old_face)));
+          v_store(v_select(old_d, d, wins), d_slot);
+          v_store(v_select(old_face, (vint)((int)triangle), wins), face_slot);
+        }
       }
     }
   }
 
   const int x_end = min(HS_TILE, (int)view.width_px - tile_px.x), y_end = min(HS_TILE, (int)view.height_px - tile_px.y);
-  int last_face = -1;
-  float4 last_normal = (float4)(0.0f), last_color = (float4)(0.0f);
   HS_FOR_TEXELS(x, y, 0, 0, x_end - 1, y_end - 1) {
     const size_t first = (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x;
-    for (int i = 0; i < HS_LANES && x + i < x_end; ++i) {
-      const int face = nearest_face[HS_SLOT(x, y) + i];
-      if (face != last_face) {  // neighbours mostly share a face
-        last_face = face;
-        last_normal = face < 0 ? (float4)(0.0f) : face_normals[face];
-        last_color = face < 0 ? (float4)(0.0f) : (float4)(materials[face_meshes[face]].xyz, 1.0f);
+    const int valid = min(HS_LANES, x_end - x);
+    const vint seen = v_load(nearest_face + HS_SLOT(x, y));
+    stream_lanes(v_select((vfloat)(0.0f), 1.0f / v_load(nearest_d + HS_SLOT(x, y)), seen >= 0), depth, first, valid);
+    int last = v_first(seen);
+    float4 n = last < 0 ? (float4)(0.0f) : face_normals[last];
+    if (valid == HS_LANES && v_all(seen == last)) {
+      for (int i = 0; i < HS_LANES; ++i) stream_float4(n, normal + first + i);
+      stream_lanes(v_float_of_bits(seen), (__global float*)face, first, valid);
+    } else {
+      for (int i = 0; i < valid; ++i) {
+        const int here = nearest_face[HS_SLOT(x, y) + i];
+        if (here != last) n = here < 0 ? (float4)(0.0f) : face_normals[here];  // neighbours mostly share a face
+        last = here;
+        stream_float4(n, normal + first + i);
+        face[first + i] = (uint)here;
       }
-      depth[first + i] = face < 0 ? 0.0f : 1.0f / nearest_d[HS_SLOT(x, y) + i];
-      stream_float4(last_normal, normal + first + i);
-      stream_float4(last_color, base_color + first + i);
     }
   }
 }

@@ -1,43 +1,69 @@
 // Deferred shading: ambient and Lambert, every light's visibility applied. No falloff with distance.
 
 // rgb: float4 a pixel, linear; w = 1 where something is seen. visibility: light_count planes, one behind the other.
-// lights are given relative to the camera's position, view rays in world axes from there.
-__kernel void shade(const uint light_count, __global const HsShadeLight* lights, const float4 ambient, const HsReceiverView camera,
+// The base colour is a plane, or comes from the faces' meshes where base_color is null.
+// Lights are given relative to the camera's position, view rays in world axes from there.
+__kernel void shade(const uint light_count, __constant const HsShadeLight* lights, const float4 ambient, const HsReceiverView camera,
                     __global const float* depth_or_position, __global const float4* normal, __global const float4* base_color,
-                    __global const float* visibility, __global float4* rgb) {
-  const uint px = get_global_id(0), py = get_global_id(1);
-  if (px < camera.width_px && py < camera.height_px) {
-    const size_t pixel = (size_t)py * camera.width_px + px;
-    float3 p;
-    bool seen;
+                    __global const uint* faces, __global const uint* face_meshes, __global const float4* materials, __global const float* visibility, __global float4* rgb) {
+  HS_FOR_PIXELS(px, py, valid, camera.width_px, camera.height_px) {
+    const size_t first = (size_t)py * camera.width_px + px;
+    vfloat x, y, z, nx, ny, nz, unused;
+    vint seen;
     if (camera.has_depth) {
-      const float z = depth_or_position[pixel];
-      seen = z > 0.0f && z < HS_EMPTY_Z;
-      p = z * (camera.ray0.xyz + (float)px * camera.ray_dx.xyz + (float)py * camera.ray_dy.xyz);
+      const vfloat z_vs = load_lanes(depth_or_position, first, valid);
+      const vfloat pixel_x = v_float(px + v_iota);
+      const float4 row = camera.ray0 + (float)py * camera.ray_dy;
+      seen = (z_vs > 0.0f) & (z_vs < HS_EMPTY_Z);
+      x = z_vs * (row.x + pixel_x * camera.ray_dx.x);
+      y = z_vs * (row.y + pixel_x * camera.ray_dx.y);
+      z = z_vs * (row.z + pixel_x * camera.ray_dx.z);
     } else {
-      const float4 position = ((__global const float4*)depth_or_position)[pixel];
-      seen = position.w > 0.0f;
-      p = position.xyz + camera.origin.xyz;
+      vfloat w;
+      load_lanes4((__global const float4*)depth_or_position, first, valid, &x, &y, &z, &w);
+      seen = w > 0.0f;
+      x += camera.origin.x;
+      y += camera.origin.y;
+      z += camera.origin.z;
     }
-    float3 sum = (float3)(0.0f);
-    if (seen) {
-      const float3 n = normal[pixel].xyz;
-      sum = ambient.xyz;
-      for (uint i = 0; i < light_count; ++i) {
-        const HsShadeLight light = lights[i];
-        const float3 to_light = light.position_ws.xyz - p;
-        const float4 p_from_light = (float4)(-to_light, 0.0f);
-        const float3 p_ls = (float3)(dot(light.from_camera_x, p_from_light), dot(light.from_camera_y, p_from_light),
-                                     dot(light.from_camera_z, p_from_light));
-        const float edge = light.tan_half_cone * p_ls.z;
-        if (p_ls.z > 0.0f && fabs(p_ls.x) <= edge && fabs(p_ls.y) <= edge) {
-          const float cosine = dot(n, to_light) * rsqrt(fmax(dot(to_light, to_light), 1e-30f));
-          const size_t plane = (size_t)camera.width_px * camera.height_px;
-          sum += light.color.xyz * (fmax(cosine, 0.0f) * visibility[plane * i + pixel]);
-        }
+    load_lanes4(normal, first, valid, &nx, &ny, &nz, &unused);
+    vfloat red = (vfloat)(ambient.x), green = (vfloat)(ambient.y), blue = (vfloat)(ambient.z);
+    for (uint i = 0; i < light_count; ++i) {
+      __constant const HsShadeLight* light = lights + i;
+      const vfloat lx = light->position_ws.x - x, ly = light->position_ws.y - y, lz = light->position_ws.z - z;
+      const vfloat x_ls = -(light->from_camera_x.x * lx + light->from_camera_x.y * ly + light->from_camera_x.z * lz);
+      const vfloat y_ls = -(light->from_camera_y.x * lx + light->from_camera_y.y * ly + light->from_camera_y.z * lz);
+      const vfloat z_ls = -(light->from_camera_z.x * lx + light->from_camera_z.y * ly + light->from_camera_z.z * lz);
+      const vfloat edge = light->tan_half_cone * z_ls;
+      const vint in_cone = (z_ls > 0.0f) & (fabs(x_ls) <= edge) & (fabs(y_ls) <= edge);
+      const vfloat cosine = (nx * lx + ny * ly + nz * lz) / sqrt(fmax(lx * lx + ly * ly + lz * lz, 1e-30f));
+      const vfloat seen_fraction = load_lanes(visibility, (size_t)camera.width_px * camera.height_px * i + first, valid);
+      const vfloat received = v_select((vfloat)(0.0f), fmax(cosine, 0.0f) * seen_fraction, in_cone);
+      red += light->color.x * received;
+      green += light->color.y * received;
+      blue += light->color.z * received;
+    }
+    vfloat base_red, base_green, base_blue;
+    if (base_color) {
+      load_lanes4(base_color, first, valid, &base_red, &base_green, &base_blue, &unused);
+    } else {
+      // Neighbours mostly share a face.
+      float4 base[HS_LANES];
+      uint last = faces[first];
+      float4 color = last == 0xffffffffu ? (float4)(0.0f) : materials[face_meshes[last]];
+      for (int i = 0; i < HS_LANES; ++i) {
+        const uint face = faces[first + min(i, valid - 1)];
+        if (face != last) color = face == 0xffffffffu ? (float4)(0.0f) : materials[face_meshes[face]];
+        last = face;
+        base[i] = color;
       }
-      sum *= base_color[pixel].xyz;
+      const float* channels = (const float*)base;
+      base_red = strided_lanes(channels);
+      base_green = strided_lanes(channels + 1);
+      base_blue = strided_lanes(channels + 2);
     }
-    rgb[pixel] = (float4)(sum, seen ? 1.0f : 0.0f);
+    const vfloat zero = (vfloat)(0.0f);
+    store_lanes4(v_select(zero, red * base_red, seen), v_select(zero, green * base_green, seen), v_select(zero, blue * base_blue, seen),
+                 v_select(zero, (vfloat)(1.0f), seen), rgb, first, valid);
   }
 }

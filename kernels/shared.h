@@ -32,8 +32,13 @@ typedef struct {
   hs_uint first;  // element in the scene-wide array
   hs_uint count;  // 1 .. HS_BLOCK_SIZE
   hs_uint mesh;   // index of the scene's mesh
-  hs_uint padding;
+  hs_uint cull;   // of triangles: HS_CULL_
 } HsBlock;
+// Triangles that a view need not draw, by the sign of their area in its pixels (y down): a solid seen from outside hides the
+// faces that turn away.
+#define HS_CULL_NONE 0u
+#define HS_CULL_POSITIVE 1u
+#define HS_CULL_NEGATIVE 2u
 
 // Rows of view_from_mesh (3x4). The view is the camera's or a light's.
 typedef struct {

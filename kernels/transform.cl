@@ -19,11 +19,11 @@ __kernel void transform(const HsView view, __global const HsBlock* blocks, __glo
     } else if (!(p_vs.z >= view.znear)) {
       flags = HS_VERTEX_NEEDS_CLIP;
     } else {
-      const float3 px = project_px(view, p_vs);
-      const float2 from_mid = px.xy - (float2)(view.mid_x_px, view.mid_y_px);
-      d = px.z;
-      if (fabs(from_mid.x) <= (float)HS_GUARD_PX && fabs(from_mid.y) <= (float)HS_GUARD_PX)
-        fixed_px = convert_int2_rte(from_mid * (float)HS_SUBPIXEL);
+      const float3 from_mid = homogeneous_px(view, p_vs);
+      const float guard = (float)HS_GUARD_PX * p_vs.z;
+      d = 1.0f / p_vs.z;
+      if (fabs(from_mid.x) <= guard && fabs(from_mid.y) <= guard)
+        fixed_px = snap_px(from_mid);
       else
         flags = HS_VERTEX_NEEDS_CLIP;
     }

@@ -1,11 +1,4 @@
 // Visibility: G-buffer pixel -> light map -> lookups -> fraction of the light seen.
-// On CPU devices a work-item answers HS_LANES pixels at a time along HS_STRIP rows; on GPU devices it is one pixel.
-
-#if HS_LANES == 16
-#define HS_STRIP 16
-#else
-#define HS_STRIP 1
-#endif
 
 // What HS_LANES pixels are to a light.
 typedef struct {
@@ -17,56 +10,11 @@ typedef struct {
   vfloat plane_d, plane_dx, plane_dy;
 } Receiver;
 
-// Loads a plane's HS_LANES values from pixel `first`, repeating the last of `valid`.
-inline vfloat load_lanes(__global const float* plane, size_t first, int valid) {
-#if HS_LANES == 16
-  if (valid >= 16) return vload16(0, plane + first);
-  float lanes[16];
-  for (int i = 0; i < 16; ++i) lanes[i] = plane[first + min(i, valid - 1)];
-  return vload16(0, lanes);
-#else
-  return plane[first];
-#endif
-}
-
-// Loads four interleaved channels of HS_LANES pixels.
-inline void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
-#if HS_LANES == 16
-  if (valid >= 16) {
-    __global const float* p = (__global const float*)(plane + first);
-    const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
-    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
-    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
-    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
-    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
-    return;
-  }
-  float lanes[4][16];
-  for (int i = 0; i < 16; ++i) {
-    const float4 value = plane[first + min(i, valid - 1)];
-    lanes[0][i] = value.x;
-    lanes[1][i] = value.y;
-    lanes[2][i] = value.z;
-    lanes[3][i] = value.w;
-  }
-  *x = vload16(0, lanes[0]);
-  *y = vload16(0, lanes[1]);
-  *z = vload16(0, lanes[2]);
-  *w = vload16(0, lanes[3]);
-#else
-  const float4 value = plane[first];
-  *x = value.x;
-  *y = value.y;
-  *z = value.z;
-  *w = value.w;
-#endif
-}
-
 // Where the receivers at pixels (px .., py) stand in the light.
 //   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1
 //   turned away from the light: visibility 0
 //   outside the light map, which covers all that casts: visibility 1
-inline Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid, __global const float* depth_or_position,
+HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid, __global const float* depth_or_position,
                        __global const float4* normal) {
   const size_t first = (size_t)py * view.width_px + px;
   vfloat x, y, z, nx_ws, ny_ws, nz_ws, receives;
@@ -119,30 +67,33 @@ inline Receiver locate(const HsView light, const HsReceiverView view, int px, in
 // map holds where the receiver lies in it. What remains is rounding (relative 2^-18, and the 1/256 texel grid that vertices are
 // snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is allowed. Near the terminator
 // the plane's slope is unbounded and its 1/z may pass 0: it stays within a factor of two of the receiver's own.
-inline vfloat plane_d_at(const Receiver* r, vfloat du, vfloat dv) {
+HS_INLINE vfloat plane_d_at(const Receiver* r, vfloat du, vfloat dv) {
   const vfloat slack = 0.25f * (fabs(r->plane_dx) + fabs(r->plane_dy)) + r->plane_d * 4e-6f;
   return clamp(r->plane_d + r->plane_dx * du + r->plane_dy * dv + slack, r->plane_d * 0.5f, r->plane_d * 2.0f);
 }
 
-// 1 where the receiver is lit according to a texel of the map: z <= z_map, as 1 <= z_map / z without a division.
-inline vfloat lit_at(const HsView light, __global const float* shadow_map, const Receiver* r, vint x, vint y) {
-  const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
-  return v_select((vfloat)(0.0f), (vfloat)(1.0f), z_map * plane_d_at(r, v_float(x) - r->u, v_float(y) - r->v) >= 1.0f);
+// 1 where the receiver is lit according to the texel (x, y), which holds z_map: z <= z_map, as 1 <= z_map / z without a division.
+HS_INLINE vfloat is_lit(const Receiver* r, vfloat x, vfloat y, vfloat z_map) {
+  return v_select((vfloat)(0.0f), (vfloat)(1.0f), z_map * plane_d_at(r, x - r->u, y - r->v) >= 1.0f);
 }
 
-inline vint column(const HsView light, vint x) { return clamp(x, (vint)(0), (vint)((int)light.width_px - 1)); }
-inline vint row(const HsView light, vint y) { return clamp(y, (vint)(0), (vint)((int)light.height_px - 1)); }
+HS_INLINE vfloat lit_at(const HsView light, __global const float* shadow_map, const Receiver* r, vint x, vint y) {
+  return is_lit(r, v_float(x), v_float(y), v_gather(shadow_map, y * (int)light.width_px + x));
+}
 
-inline vfloat lerp(vfloat a, vfloat b, vfloat t) { return a + (b - a) * t; }
+HS_INLINE vint column(const HsView light, vint x) { return clamp(x, (vint)(0), (vint)((int)light.width_px - 1)); }
+HS_INLINE vint row(const HsView light, vint y) { return clamp(y, (vint)(0), (vint)((int)light.height_px - 1)); }
+
+HS_INLINE vfloat lerp(vfloat a, vfloat b, vfloat t) { return a + (b - a) * t; }
 
 // sin(pi y) for |y| <= 1/2, to 1e-7: library functions are not vectorized on every device.
-inline vfloat sin_pi(vfloat y) {
+HS_INLINE vfloat sin_pi(vfloat y) {
   const vfloat s = y * y;
   return y * (3.14159265f - s * (5.16771278f - s * (2.55016404f - s * (0.59926453f - s * (0.08214589f - s * 0.00737043f)))));
 }
 
 // asin(u) for |u| <= 1, to 3e-8 (Abramowitz & Stegun 4.4.46).
-inline vfloat arc_sine(vfloat u) {
+HS_INLINE vfloat arc_sine(vfloat u) {
   const vfloat x = fabs(u);
   const vfloat p = 1.5707963050f +
                    x * (-0.2145988016f +
@@ -152,7 +103,7 @@ inline vfloat arc_sine(vfloat u) {
 }
 
 // From where in the penumbra, 0..1, to visibility (Falloff in halfshade.hpp).
-inline vfloat falloff_of(vfloat x, uint falloff) {
+HS_INLINE vfloat falloff_of(vfloat x, uint falloff) {
   if (falloff == HS_FALLOFF_BERNSTEIN) return x * x * (3.0f - 2.0f * x);
   if (falloff == HS_FALLOFF_SINE) return clamp(0.5f + 0.5f * sin_pi(x - 0.5f), 0.0f, 1.0f);
   if (falloff == HS_FALLOFF_DISC) {
@@ -163,36 +114,58 @@ inline vfloat falloff_of(vfloat x, uint falloff) {
 }
 
 // hard: Williams 1978. The nearest texel decides.
-inline vfloat visibility_hard(const HsView light, const Receiver* r, __global const float* shadow_map) {
+HS_INLINE vfloat visibility_hard(const HsView light, const Receiver* r, __global const float* shadow_map) {
   return lit_at(light, shadow_map, r, column(light, v_int(rint(r->u))), row(light, v_int(rint(r->v))));
 }
 
-// The four nearest texels (clamped to the map) and the bilinear weights of the second column and row.
+// The four nearest texels, those of column x and x + 1 in rows y and y + 1 (shifted inwards at the map's borders), and the
+// bilinear weights of the second column and row. A light map is at least two texels wide and high.
 typedef struct {
-  vint x0, x1, y0, y1;
+  vint x, y;
   vfloat s, t;
 } Footprint;
 
-inline Footprint footprint(const HsView light, const Receiver* r) {
-  const vfloat u = floor(r->u), v = floor(r->v);
-  const Footprint f = {column(light, v_int(u)), column(light, v_int(u) + 1), row(light, v_int(v)), row(light, v_int(v) + 1),
-                       r->u - u, r->v - v};
+HS_INLINE Footprint footprint(const HsView light, const Receiver* r) {
+  const vfloat x = min(max(floor(r->u), 0.0f), (float)light.width_px - 2.0f);
+  const vfloat y = min(max(floor(r->v), 0.0f), (float)light.height_px - 2.0f);
+  const Footprint f = {v_int(x), v_int(y), min(max(r->u - x, 0.0f), 1.0f), min(max(r->v - y, 0.0f), 1.0f)};
   return f;
 }
 
-inline vfloat bilinear(const Footprint* f, vfloat v00, vfloat v10, vfloat v01, vfloat v11) {
-  return lerp(lerp(v00, v10, f->s), lerp(v01, v11, f->s), f->t);
+// Values at the footprint's texels.
+typedef struct {
+  vfloat v00, v10, v01, v11;
+} Taps;
+
+HS_INLINE Taps taps(__global const float* plane, vint first, int width_px) {
+  Taps t;
+  v_gather_pair(plane, first, &t.v00, &t.v10);
+  v_gather_pair(plane, first + width_px, &t.v01, &t.v11);
+  return t;
+}
+
+HS_INLINE vfloat bilinear(const Footprint* f, const Taps* v) {
+  return lerp(lerp(v->v00, v->v10, f->s), lerp(v->v01, v->v11, f->s), f->t);
+}
+
+// The comparisons at the footprint's texels: 1 lit, 0 not.
+HS_INLINE Taps lit_taps(const HsView light, __global const float* shadow_map, const Receiver* r, const Footprint* f) {
+  const Taps z = taps(shadow_map, f->y * (int)light.width_px + f->x, (int)light.width_px);
+  const vfloat x = v_float(f->x), y = v_float(f->y);
+  const Taps lit = {is_lit(r, x, y, z.v00), is_lit(r, x + 1.0f, y, z.v10), is_lit(r, x, y + 1.0f, z.v01),
+                    is_lit(r, x + 1.0f, y + 1.0f, z.v11)};
+  return lit;
 }
 
 // pcf 2x2: Reeves et al. 1987. Comparisons at the four nearest texels, then bilinear.
-inline vfloat visibility_pcf2(const HsView light, const Receiver* r, __global const float* shadow_map) {
+HS_INLINE vfloat visibility_pcf2(const HsView light, const Receiver* r, __global const float* shadow_map) {
   const Footprint f = footprint(light, r);
-  return bilinear(&f, lit_at(light, shadow_map, r, f.x0, f.y0), lit_at(light, shadow_map, r, f.x1, f.y0),
-                  lit_at(light, shadow_map, r, f.x0, f.y1), lit_at(light, shadow_map, r, f.x1, f.y1));
+  const Taps lit = lit_taps(light, shadow_map, r, &f);
+  return bilinear(&f, &lit);
 }
 
 // Weight of tap 0..3 of the uniform cubic B-spline at t in 0..1 between taps 1 and 2.
-inline vfloat cubic_weight(int tap, vfloat t) {
+HS_INLINE vfloat cubic_weight(int tap, vfloat t) {
   const vfloat s = 1.0f - t;
   if (tap == 0) return s * s * s * (1.0f / 6.0f);
   if (tap == 1) return (4.0f - 6.0f * t * t + 3.0f * t * t * t) * (1.0f / 6.0f);
@@ -201,7 +174,7 @@ inline vfloat cubic_weight(int tap, vfloat t) {
 }
 
 // pcf 4x4: comparisons weighted by the uniform cubic B-spline.
-inline vfloat visibility_pcf4(const HsView light, const Receiver* r, __global const float* shadow_map) {
+HS_INLINE vfloat visibility_pcf4(const HsView light, const Receiver* r, __global const float* shadow_map) {
   const vfloat u = floor(r->u), v = floor(r->v);
   vfloat sum = (vfloat)(0.0f);
   for (int j = 0; j < 4; ++j) {
@@ -210,76 +183,51 @@ inline vfloat visibility_pcf4(const HsView light, const Receiver* r, __global co
       along += cubic_weight(i, r->u - u) * lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
     sum += cubic_weight(j, r->v - v) * along;
   }
-  return sum;
+  return fmin(sum, 1.0f);  // the weights add up to 1 but for rounding
 }
 
 // Lanes whose 2x2 footprint can meet a fin. Fin buffers hold values in every tile that such a footprint can touch.
-inline vint near_fins(const HsView light, const Footprint* f, const Receiver* r, __global const uchar* tile_near_fins) {
-  const vint tx = f->x0 / HS_TILE, ty = f->y0 / HS_TILE;
+HS_INLINE vint near_fins(const HsView light, const Footprint* f, const Receiver* r, __global const uchar* tile_near_fins) {
+  const vint tile = f->y / HS_TILE * (int)light.tiles_x + f->x / HS_TILE;
 #if HS_LANES == 16
-  // Neighbouring pixels mostly share a tile or two: ask for the whole rectangle before asking for each lane.
-  const vint decided = r->decided;
-  const int first_x = v_min(v_select(tx, (vint)(INT_MAX), decided)), last_x = -v_min(v_select(-tx, (vint)(INT_MAX), decided));
-  const int first_y = v_min(v_select(ty, (vint)(INT_MAX), decided)), last_y = -v_min(v_select(-ty, (vint)(INT_MAX), decided));
-  bool any_near = false;
-  for (int y = first_y; y <= last_y; ++y)
-    for (int x = first_x; x <= last_x; ++x) any_near |= tile_near_fins[y * (int)light.tiles_x + x] != 0;
-  if (!any_near) return (vint)(0);
-  const vint tile = ty * (int)light.tiles_x + tx;
+  // Neighbouring pixels mostly share a tile.
+  const int first = tile.s0;
+  if (v_all((tile == first) | r->decided)) return tile_near_fins[first] ? !r->decided : (vint)(0);
   int lanes[16];
   for (int k = 0; k < 16; ++k) lanes[k] = tile_near_fins[((const int*)&tile)[k]];
-  return (vload16(0, lanes) != 0) & !decided;
+  return (vload16(0, lanes) != 0) & !r->decided;
 #else
-  return tile_near_fins[ty * (int)light.tiles_x + tx] != 0;
+  return tile_near_fins[tile] != 0;
 #endif
 }
 
 // smoothies: Chan & Durand 2003 §3 step 5. At each of the four nearest texels: behind the shadow map 0, else behind the smoothie
 // its alpha', else 1; then bilinear, then the falloff.
-inline vfloat smoothie_at(const HsView light, __global const float* fin_depth, __global const float* fin_alpha, const Receiver* r,
-                          vint near, vint x, vint y) {
-  const vint i = v_select((vint)(0), y * (int)light.width_px + x, near);
-  return v_select((vfloat)(1.0f), v_gather(fin_alpha, i), near & (r->z > v_gather(fin_depth, i)));
-}
-
-inline vfloat visibility_smoothies(const HsView light, __global const float* shadow_map, __global const float* fin_depth,
+HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* shadow_map, __global const float* fin_depth,
                                    __global const float* fin_alpha, __global const uchar* tile_near_fins, uint falloff,
                                    const Receiver* r) {
   const Footprint f = footprint(light, r);
-  vfloat v00 = lit_at(light, shadow_map, r, f.x0, f.y0), v10 = lit_at(light, shadow_map, r, f.x1, f.y0);
-  vfloat v01 = lit_at(light, shadow_map, r, f.x0, f.y1), v11 = lit_at(light, shadow_map, r, f.x1, f.y1);
+  Taps v = lit_taps(light, shadow_map, r, &f);
   const vint near = near_fins(light, &f, r, tile_near_fins);
   if (v_any(near)) {
-    v00 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x0, f.y0);
-    v10 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x1, f.y0);
-    v01 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x0, f.y1);
-    v11 *= smoothie_at(light, fin_depth, fin_alpha, r, near, f.x1, f.y1);
+    const vint first = v_select((vint)(0), f.y * (int)light.width_px + f.x, near);
+    const Taps z = taps(fin_depth, first, (int)light.width_px), alpha = taps(fin_alpha, first, (int)light.width_px);
+    v.v00 = v_select(v.v00, v.v00 * alpha.v00, near & (r->z > z.v00));
+    v.v10 = v_select(v.v10, v.v10 * alpha.v10, near & (r->z > z.v10));
+    v.v01 = v_select(v.v01, v.v01 * alpha.v01, near & (r->z > z.v01));
+    v.v11 = v_select(v.v11, v.v11 * alpha.v11, near & (r->z > z.v11));
   }
-  return falloff_of(bilinear(&f, v00, v10, v01, v11), falloff);
+  return falloff_of(bilinear(&f, &v), falloff);
 }
 
-// Walks this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
-#define HS_FOR_RECEIVERS(body)                                                                                                 \
-  const int px = (int)get_global_id(0) * HS_LANES;                                                                             \
-  const int valid = min(HS_LANES, (int)view.width_px - px);                                                                    \
-  for (int strip = 0; strip < HS_STRIP; ++strip) {                                                                             \
-    const int py = (int)get_global_id(1) * HS_STRIP + strip;                                                                   \
-    if (valid <= 0 || py >= (int)view.height_px) break;                                                                        \
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                                          \
-    vfloat result = r.visibility;                                                                                              \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                                   \
-    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);                                                   \
+// Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
+#define HS_FOR_RECEIVERS(body)                                                                              \
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                             \
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                       \
+    vfloat result = r.visibility;                                                                           \
+    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                \
+    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);     \
   }
-
-inline void store_lanes(vfloat value, __global float* plane, size_t first, int valid) {
-#if HS_LANES == 16
-  if (valid < 16) {
-    for (int i = 0; i < valid; ++i) plane[first + i] = ((const float*)&value)[i];
-    return;
-  }
-#endif
-  v_store(value, plane + first);
-}
 
 // depth_or_position, normal: planes of the GBuffer; visibility: float a pixel, written whole.
 

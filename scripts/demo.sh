@@ -4,8 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/setup.sh
-cmake --preset release --log-level=WARNING
-cmake --build --preset release --target halfshade_cli -- --quiet
+cmake --preset release >/dev/null
+cmake --build --preset release --target halfshade_cli
 build/release/halfshade render data/scenes/primitives.json --method all --png -o out/demo
 
 echo "The frames, as EXR with every channel and as PNG to look at:"

@@ -27,8 +27,8 @@ done
 run_tests() {
   local preset=$1
   shift
-  cmake --preset "$preset" --log-level=WARNING "$@"
-  cmake --build --preset "$preset" -- --quiet
+  cmake --preset "$preset" "$@" >/dev/null
+  cmake --build --preset "$preset"
   ctest --preset "$preset" -j "$(nproc)"
 }
 

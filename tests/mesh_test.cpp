@@ -59,7 +59,7 @@ std::pair<double, double> areas_xy(const Mesh& mesh) {
 // ---- make_mesh --------------------------------------------------------------------------------------------------------------
 
 TEST(MakeMesh, EqualPositionsBecomeOneVertexInOrderOfFirstAppearance) {
-  const std::array<glm::dvec3, 5> positions{{{5, 0, 0}, {0, 0, 0}, {5, 0, 0}, {0, 4, 0}, {-0.0, 0, -0.0}}};
+  const std::array<glm::dvec3, 5> positions{{{5, 0, 0}, {0, 0, -0.0}, {5, 0, 0}, {0, 4, 0}, {-0.0, 0, 0}}};
   const std::array<glm::uvec3, 2> triangles{{{0, 3, 1}, {2, 4, 3}}};
   const Mesh mesh = make_mesh("m", positions, triangles);
   EXPECT_EQ(mesh.name, "m");
@@ -69,6 +69,7 @@ TEST(MakeMesh, EqualPositionsBecomeOneVertexInOrderOfFirstAppearance) {
   ASSERT_EQ(mesh.triangles.size(), 2u);
   EXPECT_EQ(mesh.triangles[0], glm::uvec3(0, 2, 1));
   EXPECT_EQ(mesh.triangles[1], glm::uvec3(0, 1, 2));
+  EXPECT_FALSE(std::signbit(mesh.positions[1].z));
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(mesh.origin + glm::dvec3(mesh.positions[i]), (std::array<glm::dvec3, 3>{{{5, 0, 0}, {0, 0, 0}, {0, 4, 0}}})[i]);
   }

@@ -164,13 +164,13 @@ TEST_F(SceneFile, AKeyGivenTwiceIsRefused) {
 }
 
 TEST_F(SceneFile, UnknownKeysAreRefusedWithTheNearestKnownOne) {
-  refuse("/light", 1, {": light: ", "one of the keys meshes, camera, lights", "did you mean \"lights\"?"});
-  refuse("/camera/resolutoin", 1, {": camera.resolutoin: ", "did you mean \"resolution\"?"});
-  refuse("/meshes/0/colour", 1, {": meshes[0].colour: "});
-  refuse("/lights/0/raduis", 1, {": lights[0].raduis: ", "did you mean \"radius\"?"});
-  refuse("/lights/0/zzzzzz", 1, {": lights[0].zzzzzz: "});
-  refuse("/animation/track", 1, {": animation.track: ", "did you mean \"tracks\"?"});
-  refuse("/animation/tracks/0/key", 1, {": animation.tracks[0].key: ", "did you mean \"keys\"?"});
+  refuse("/light", 1, {"json: expected one of the keys meshes, camera, lights", "found \"light\"", "did you mean \"lights\"?"});
+  refuse("/camera/resolutoin", 1, {": camera: ", "\"resolutoin\"", "did you mean \"resolution\"?"});
+  refuse("/meshes/0/colour", 1, {": meshes[0]: ", "\"colour\""});
+  refuse("/lights/0/raduis", 1, {": lights[0]: ", "\"raduis\"", "did you mean \"radius\"?"});
+  refuse("/lights/0/zz\nzz", 1, {": lights[0]: ", "\"zz\\nzz\""});
+  refuse("/animation/track", 1, {": animation: ", "did you mean \"tracks\"?"});
+  refuse("/animation/tracks/0/key", 1, {": animation.tracks[0]: ", "did you mean \"keys\"?"});
 }
 
 TEST_F(SceneFile, MissingKeysAreNamed) {
@@ -179,8 +179,8 @@ TEST_F(SceneFile, MissingKeysAreNamed) {
     Json json = json_;
     const Json::json_pointer where(pointer);
     json[where.parent_pointer()].erase(where.back());
-    const auto key = "add \"" + where.back() + "\"";
-    refuse_text(json.dump(), {"the key is missing", key});
+    const auto key = "expected the key \"" + where.back() + "\"";
+    refuse_text(json.dump(), {key, "(it is missing); add it"});
   }
 }
 
@@ -216,6 +216,7 @@ TEST_F(SceneFile, MeshFilesThatCannotBeReadAreNamedWithTheirMesh) {
   refuse("/meshes/0/path", "nowhere.obj", {"mesh \"nowhere\"", "nowhere.obj: ", "no such file"});
   refuse("/meshes/0/path", ".", {"mesh ", "found a folder"});
   refuse("/meshes/0/path", "/usr/share/glmark2/models/no_such.obj", {"no such file", "install the Debian package glmark2-data"});
+  refuse("/meshes/0/path", "a\nb.obj", {": meshes[0].path: ", "without control characters", "\"a\\nb.obj\""});
   folder_.write("bad.obj", "v 0 0 nan\n");
   refuse("/meshes/0/path", "bad.obj", {"mesh \"bad\"", "bad.obj: line 1: "});
 }

@@ -5,13 +5,11 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
+
+#include "shared.h"
 
 namespace halfshade {
 namespace {
-
-// Only a guard against slips of the finger; what the device can hold it says itself.
-constexpr long largest_resolution_px = 65536;
 
 bool heeds(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
@@ -125,7 +123,7 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
 
   Settings settings;
   if (!light_res.empty()) {
-    settings.light_resolution_px = static_cast<unsigned>(parse_integer("--light-res", light_res, 1, largest_resolution_px));
+    settings.light_resolution_px = static_cast<unsigned>(parse_integer("--light-res", light_res, 1, HS_MAX_RESOLUTION));
   }
   if (!pcf_filter.empty()) {
     if (pcf_filter != "2" && pcf_filter != "4") {
@@ -158,7 +156,7 @@ Scene DrawOptions::load() const {
     const std::vector<std::string> sides = split(resolution, 'x');
     if (sides.size() != 2) throw InputError(fmt::format("--resolution: expected WxH, as 1024x1024 (found '{}')", resolution));
     const auto side = [&](const std::string& text) {
-      return static_cast<unsigned>(parse_integer("--resolution", text, 1, largest_resolution_px));
+      return static_cast<unsigned>(parse_integer("--resolution", text, 1, HS_MAX_RESOLUTION));
     };
     scene.camera.resolution = {side(sides[0]), side(sides[1])};
   }

@@ -58,12 +58,6 @@ void prepare_folder(const fs::path& folder) {
   if (access(folder.c_str(), W_OK | X_OK) != 0) fail("no permission");
 }
 
-/// A light's name as part of a file's name.
-std::string file_name_part(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
-
 /// One line that changes on a terminal, a line a step where the output is kept, nothing where it is not wanted.
 class Progress {
  public:
@@ -123,7 +117,7 @@ void write_light_buffers(const fs::path& folder, const std::string& stem, Render
     }
     Metadata light_metadata = metadata;
     light_metadata.emplace_back("light", light_names[light]);
-    const std::string name = fmt::format("{}.{}.exr", stem, file_name_part(light_names[light]));
+    const std::string name = fmt::format("{}.{}.exr", stem, light_names[light]);
     write_light_buffers_exr(folder / name, buffers, light_metadata);
   }
 }

@@ -69,7 +69,8 @@ struct Mesh {
   std::size_t collapsed_count = 0;      ///< triangles dropped because welding made two of their corners one
 };
 
-/// Welds equal positions, drops triangles that collapse, and chooses the local origin (the bounding box's centre).
+/// Welds positions that are equal in single precision about the local origin (the centre of what the triangles span), in order of
+/// first appearance; drops triangles that collapse and vertices that no triangle uses.
 /// Throws InputError, naming `name`, for an index out of range, a position that is not finite, or no triangle at all.
 Mesh make_mesh(std::string name, std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles);
 
@@ -240,8 +241,11 @@ struct GBuffer {
   cl_mem position = nullptr;
   /// float4: world-space unit geometric normal on the side that is seen; w = 0 where shadows are not received, else 1.
   cl_mem normal = nullptr;
-  /// float4: linear base colour. Only for shading; visibility needs none.
+  /// float4: linear base colour. Only for shading; null where `face` tells it.
   cl_mem base_color = nullptr;
+  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or unknown.
+  /// Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
+  cl_mem face = nullptr;
 };
 
 /// A finished frame on the host. Planes are resolution.x · resolution.y elements.

@@ -1,0 +1,265 @@
+// The pipeline inside somebody else's compute renderer: their context, their queue, their G-buffer.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "kernel_fixture.hpp"
+#include "scenes.hpp"
+#include "temp_folder.hpp"
+
+namespace halfshade {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A small deferred renderer with a context and an in-order queue of its own.
+class Host {
+ public:
+  explicit Host(cl_command_queue_properties properties = 0) {
+    const cl::Device device = std::dynamic_pointer_cast<DeviceImpl>(test_device())->cl_device;
+    context = cl::Context(device);
+    queue = cl::CommandQueue(context, device, properties);
+  }
+
+  template <class T>
+  cl::Buffer buffer(const std::vector<T>& values) const {
+    return cl::Buffer(context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, values.size() * sizeof(T),
+                      const_cast<T*>(values.data()));
+  }
+  cl::Buffer plane(std::size_t floats) const { return buffer(std::vector<float>(floats, -1.0f)); }
+  std::vector<float> read(const cl::Buffer& from, std::size_t count) const {
+    std::vector<float> values(count);
+    queue.enqueueReadBuffer(from, CL_TRUE, 0, count * sizeof(float), values.data());
+    return values;
+  }
+
+  cl::Context context;
+  cl::CommandQueue queue;
+};
+
+/// The reference picture, drawn by halfshade alone, and its G-buffer as a renderer of one's own would have made it.
+class Embedding : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene_ = box_over_floor();
+    scene_.lights.push_back(scene_.lights[0]);
+    scene_.lights[1].name = "fill";
+    scene_.lights[1].position = {-3, 5, 2};
+    Renderer ours(test_device());
+    ours.set_scene(scene_);
+    ours.render(settings_);
+    frame_ = ours.read_frame();
+    pixels_ = frame_.depth.size();
+    normals_ = frame_.normal_ws;
+    for (std::size_t i = 0; i < pixels_; ++i) normals_[i].w = frame_.depth[i] > 0 ? 1.0f : 0.0f;
+  }
+
+  GBuffer gbuffer_of(const cl::Buffer& depth, const cl::Buffer& normal) const {
+    GBuffer gbuffer;
+    gbuffer.resolution = frame_.resolution;
+    gbuffer.depth = depth();
+    gbuffer.normal = normal();
+    return gbuffer;
+  }
+
+  Watchdog watchdog_;
+  const Settings settings_{.method = Method::smoothies, .light_resolution_px = 256};
+  Scene scene_;
+  Frame frame_;
+  std::size_t pixels_ = 0;
+  std::vector<glm::vec4> normals_;
+};
+
+TEST_F(Embedding, AForeignGBufferOfDepthsHasTheSameVisibilityBitForBit) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(2 * pixels_);
+  for (const Method method : {Method::hard, Method::pcf, Method::smoothies}) {
+    Settings settings = settings_;
+    settings.method = method;
+    Renderer ours(test_device());
+    ours.set_scene(scene_);
+    ours.render(settings);
+    const Frame expected = ours.read_frame();
+    for (std::size_t light = 0; light < 2; ++light)
+      renderer.enqueue_visibility(gbuffer_of(depth, normal), light, settings, visibility(), light);
+    const std::vector<float> both = host.read(visibility, 2 * pixels_);
+    EXPECT_TRUE(std::equal(both.begin(), both.begin() + pixels_, expected.visibility[0].begin())) << name_of(method);
+    EXPECT_TRUE(std::equal(both.begin() + pixels_, both.end(), expected.visibility[1].begin())) << name_of(method);
+  }
+}
+
+TEST_F(Embedding, AForeignGBufferOfPositionsHasTheSameVisibilityButForRounding) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const cl::Buffer position = host.buffer(frame_.position_ws), normal = host.buffer(normals_), visibility = host.plane(pixels_);
+  GBuffer gbuffer;
+  gbuffer.resolution = frame_.resolution;
+  gbuffer.position = position();
+  gbuffer.normal = normal();
+  renderer.enqueue_visibility(gbuffer, 0, settings_, visibility());
+  const std::vector<float> got = host.read(visibility, pixels_);
+  std::size_t off = 0;
+  for (std::size_t i = 0; i < pixels_; ++i) off += std::abs(got[i] - frame_.visibility[0][i]) > 1e-3f;
+  EXPECT_LE(off, pixels_ / 1000);
+}
+
+TEST_F(Embedding, OurOwnGBufferOnTheirQueueIsTheSameToo) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const cl::Buffer visibility = host.plane(2 * pixels_);
+  const cl::Buffer rgb = host.plane(4 * pixels_);
+  const GBuffer gbuffer = renderer.enqueue_gbuffer();
+  for (std::size_t light = 0; light < 2; ++light) renderer.enqueue_visibility(gbuffer, light, settings_, visibility(), light);
+  renderer.enqueue_shade(gbuffer, visibility(), rgb());
+  const std::vector<float> shaded = host.read(rgb, 4 * pixels_);
+  EXPECT_TRUE(std::equal(shaded.begin(), shaded.end(), &frame_.rgb[0].x));
+}
+
+TEST_F(Embedding, OnlyItsPlaneIsWritten) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(3 * pixels_);
+  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 1);
+  const std::vector<float> planes = host.read(visibility, 3 * pixels_);
+  for (std::size_t i = 0; i < pixels_; ++i) {
+    ASSERT_EQ(planes[i], -1.0f);
+    ASSERT_EQ(planes[pixels_ + i], frame_.visibility[0][i]);
+    ASSERT_EQ(planes[2 * pixels_ + i], -1.0f);
+  }
+}
+
+TEST_F(Embedding, EnqueueingNeitherWaitsNorRunsAhead) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(pixels_);
+  cl::UserEvent gate(host.context);
+  const std::vector<cl_event> wait = {gate()};
+
+  // Should a call block on the gate, the gate is opened after a while, so that the test fails instead of hanging.
+  std::mutex mutex;
+  std::condition_variable returned;
+  bool has_returned = false, was_forced = false;
+  std::thread rescue([&] {
+    std::unique_lock lock(mutex);
+    if (!returned.wait_for(lock, 20s, [&] { return has_returned; })) {
+      was_forced = true;
+      gate.setStatus(CL_COMPLETE);
+    }
+  });
+  cl_event done = nullptr;
+  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 0, wait, &done);
+  {
+    const std::lock_guard lock(mutex);
+    has_returned = true;
+  }
+  returned.notify_one();
+  rescue.join();
+  ASSERT_FALSE(was_forced) << "enqueue_visibility waited for an event in its wait list";
+  ASSERT_NE(done, nullptr);
+  const cl::Event finished(done);  // takes the reference that the caller must release
+
+  host.queue.flush();
+  std::this_thread::sleep_for(100ms);
+  EXPECT_GT(finished.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(), CL_COMPLETE) << "done before what it waits for";
+  gate.setStatus(CL_COMPLETE);
+  finished.wait();
+  EXPECT_EQ(finished.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(), CL_COMPLETE);
+  EXPECT_EQ(host.read(visibility, pixels_), frame_.visibility[0]);
+}
+
+TEST_F(Embedding, AQueueWithProfilingIsRightToo) {
+  const Host host(CL_QUEUE_PROFILING_ENABLE);
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  renderer.render(settings_);
+  EXPECT_EQ(renderer.read_frame().visibility, frame_.visibility);
+  EXPECT_FALSE(renderer.stage_times().empty());
+}
+
+TEST_F(Embedding, ContextAndQueueOutliveTheRenderer) {
+  const Host host;
+  // Commands that have run may let go of the queue a little later.
+  const auto settles_at = [&](cl_uint count) {
+    for (int i = 0; i < 500 && host.queue.getInfo<CL_QUEUE_REFERENCE_COUNT>() != count; ++i) std::this_thread::sleep_for(10ms);
+    return host.queue.getInfo<CL_QUEUE_REFERENCE_COUNT>() == count;
+  };
+  {
+    Renderer renderer(Device::adopt(host.context(), host.queue()));
+    renderer.set_scene(scene_);
+    renderer.render(settings_);
+    EXPECT_GT(host.queue.getInfo<CL_QUEUE_REFERENCE_COUNT>(), 1u) << "ours beside theirs";
+  }
+  EXPECT_TRUE(settles_at(1));
+  host.read(host.plane(16), 16);  // still works
+}
+
+TEST_F(Embedding, WrongBuffersAreInputErrors) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(2 * pixels_);
+  const cl::Buffer small = host.plane(pixels_ - 1);
+  const auto fails = [&](const GBuffer& gbuffer, cl_mem out, std::size_t plane, std::initializer_list<std::string_view> parts) {
+    expect_error<InputError>([&] { renderer.enqueue_visibility(gbuffer, 0, settings_, out, plane); }, parts);
+  };
+  const GBuffer good = gbuffer_of(depth, normal);
+  fails(good, visibility(), 0, {"set_scene"});
+  renderer.set_scene(scene_);
+
+  GBuffer bad = good;
+  bad.depth = nullptr;
+  fails(bad, visibility(), 0, {"depth or position"});
+  bad = good;
+  bad.depth = small();
+  fails(bad, visibility(), 0, {"depth", fmt::format("{}", pixels_ * 4)});
+  bad = good;
+  bad.depth = nullptr;
+  bad.position = depth();  // holds a float a pixel, not four
+  fails(bad, visibility(), 0, {"position"});
+  bad = good;
+  bad.normal = nullptr;
+  fails(bad, visibility(), 0, {"no normal buffer"});
+  bad = good;
+  bad.normal = depth();
+  fails(bad, visibility(), 0, {"normal"});
+  bad = good;
+  bad.resolution.x -= 1;
+  fails(bad, visibility(), 0, {"95x80", "96x80"});
+  fails(good, nullptr, 0, {"visibility"});
+  fails(good, small(), 0, {"visibility"});
+  fails(good, visibility(), 2, {"visibility"});
+  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 2, settings_, visibility()); },
+                           {"light 2", "the scene has 2"});
+  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 0, {.pcf_filter = 5}, visibility()); }, {"filter 5"});
+
+  const cl::Buffer rgb = host.plane(4 * pixels_);
+  expect_error<InputError>([&] { renderer.enqueue_shade(good, visibility(), rgb()); }, {"base colour"});
+  bad = good;
+  bad.base_color = normal();
+  expect_error<InputError>([&] { renderer.enqueue_shade(bad, small(), rgb()); }, {"visibility"});
+  expect_error<InputError>([&] { renderer.enqueue_shade(bad, visibility(), small()); }, {"rgb"});
+
+  renderer.enqueue_visibility(good, 0, settings_, visibility());  // and it works on
+  EXPECT_EQ(host.read(visibility, pixels_), frame_.visibility[0]);
+}
+
+TEST_F(Embedding, WhatCannotBeAdoptedIsAnInputError) {
+  const Host host, other;
+  expect_error<InputError>([&] { Device::adopt(nullptr, host.queue()); }, {"adopt", "null"});
+  expect_error<InputError>([&] { Device::adopt(host.context(), nullptr); }, {"adopt", "null"});
+  expect_error<InputError>([&] { Device::adopt(other.context(), host.queue()); }, {"adopt", "another context"});
+  const Host unordered(CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
+  expect_error<InputError>([&] { Device::adopt(unordered.context(), unordered.queue()); }, {"adopt", "in-order"});
+}
+
+}  // namespace
+}  // namespace halfshade

@@ -1,0 +1,49 @@
+// Small scenes made in memory.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+
+#include "halfshade/halfshade.hpp"
+
+namespace halfshade {
+
+inline std::shared_ptr<const Mesh> box_mesh() {
+  std::vector<glm::dvec3> corners;
+  for (int i = 0; i < 8; ++i) corners.emplace_back((i & 1) - 0.5, (i >> 1 & 1) - 0.5, (i >> 2 & 1) - 0.5);
+  const std::vector<glm::uvec3> triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return std::make_shared<Mesh>(make_mesh("box", corners, triangles));
+}
+
+/// A square in the plane y = 0, from -1/2 to 1/2.
+inline std::shared_ptr<const Mesh> ground_mesh() {
+  const std::vector<glm::dvec3> corners = {{-0.5, 0, -0.5}, {0.5, 0, -0.5}, {0.5, 0, 0.5}, {-0.5, 0, 0.5}};
+  const std::vector<glm::uvec3> triangles = {{0, 2, 1}, {0, 3, 2}};
+  return std::make_shared<Mesh>(make_mesh("ground", corners, triangles));
+}
+
+inline SceneMesh placed(std::string name, std::shared_ptr<const Mesh> mesh, const glm::dvec3& translation,
+                        const glm::dvec3& scale, const glm::dvec3& rotation_deg = glm::dvec3(0)) {
+  SceneMesh out;
+  out.name = std::move(name);
+  out.mesh = std::move(mesh);
+  out.translation = translation;
+  out.scale = scale;
+  out.rotation_deg = rotation_deg;
+  return out;
+}
+
+/// A turned box over a floor, a light of radius 0.3 above to the side, a camera that sees all of the shadow.
+inline Scene box_over_floor(glm::uvec2 resolution = {96, 80}) {
+  Scene scene;
+  scene.name = "box-over-floor";
+  scene.meshes = {placed("floor", ground_mesh(), {0, 0, 0}, glm::dvec3(10)),
+                  placed("box", box_mesh(), {0, 1.2, 0}, glm::dvec3(1), {20, 30, 10})};
+  scene.camera = {.position = {0.5, 6, 4.5}, .target = {-0.4, 0.4, 0}, .yfov_deg = 40, .resolution = resolution};
+  scene.lights = {{.name = "key", .position = {2, 6, 1}, .target = {0, 0.5, 0}, .up = {}, .radius = 0.3, .cone_deg = 80}};
+  scene.ambient = {0.1f, 0.1f, 0.1f};
+  return scene;
+}
+
+}  // namespace halfshade

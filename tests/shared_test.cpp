@@ -1,0 +1,82 @@
+// Structs that host and kernels share: the device is asked for its own sizes and offsets.
+#include <cstddef>
+
+#include "kernel_fixture.hpp"
+
+namespace halfshade {
+namespace {
+
+using Shared = KernelTest;
+
+// Each member once; the same list is read by the host compiler and, as text, by the device's.
+// clang-format off
+#define HS_SHARED_MEMBERS(S, M) \
+  S(HsBlock) M(HsBlock, first) M(HsBlock, count) M(HsBlock, mesh) M(HsBlock, cull) \
+  S(HsTransform) M(HsTransform, row_x) M(HsTransform, row_y) M(HsTransform, row_z) \
+  S(HsView) M(HsView, px_from_q) M(HsView, world_from_view_x) M(HsView, world_from_view_y) M(HsView, world_from_view_z) \
+  M(HsView, znear) M(HsView, d_far) M(HsView, width_px) M(HsView, height_px) M(HsView, tiles_x) M(HsView, tiles_y) \
+  M(HsView, mid_x_px) M(HsView, mid_y_px) \
+  S(HsFeature) M(HsFeature, ax) M(HsFeature, ay) M(HsFeature, ad) M(HsFeature, bx) M(HsFeature, by) M(HsFeature, bd) \
+  M(HsFeature, c) M(HsFeature, kind) \
+  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, padding0) M(HsFinShape, padding1) \
+  S(HsStatus) M(HsStatus, silhouette_count) M(HsStatus, feature_count) M(HsStatus, dropped_triangle_count) M(HsStatus, padding) \
+  S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
+  M(HsReceiverView, from_world_x) M(HsReceiverView, from_world_y) M(HsReceiverView, from_world_z) M(HsReceiverView, width_px) \
+  M(HsReceiverView, height_px) M(HsReceiverView, has_depth) M(HsReceiverView, tan_half_cone) \
+  S(HsShadeLight) M(HsShadeLight, position_ws) M(HsShadeLight, color) M(HsShadeLight, from_camera_x) \
+  M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, padding0) \
+  M(HsShadeLight, padding1) M(HsShadeLight, padding2)
+// clang-format on
+
+TEST_F(Shared, StructsHaveTheSameLayoutOnTheDevice) {
+  std::vector<std::string> names;
+  std::vector<cl_uint> host;
+  std::string source = "__kernel void layouts(__global uint* out) {\n";
+#define HS_SIZE(type)                                                            \
+  source += "  out[" + std::to_string(host.size()) + "] = sizeof(" #type ");\n"; \
+  names.push_back("sizeof " #type);                                              \
+  host.push_back(sizeof(type));
+#define HS_OFFSET(type, member)                                                       \
+  source += "  { __private " #type " s; out[" + std::to_string(host.size()) +         \
+            "] = (uint)((__private char*)&s." #member " - (__private char*)&s); }\n"; \
+  names.push_back(#type "." #member);                                                 \
+  host.push_back(offsetof(type, member));
+  HS_SHARED_MEMBERS(HS_SIZE, HS_OFFSET)
+  source += "}\n";
+  const cl::Program program = runner_.program_with(source);
+  const cl::Buffer out = runner_.filled(host.size(), ~cl_uint{0});
+  runner_.run(program, "layouts", cl::NDRange(1), cl::NDRange(1), out);
+  const std::vector<cl_uint> device = runner_.read<cl_uint>(out, host.size());
+  for (std::size_t i = 0; i < host.size(); ++i) EXPECT_EQ(device[i], host[i]) << names[i];
+}
+
+TEST_F(Shared, EveryStructIsAsked) {
+  // A struct that is added to shared.h must be added here.
+  std::string_view text;
+  for (const EmbeddedKernel& kernel : embedded_kernels())
+    if (kernel.file == "shared.h") text = kernel.text;
+  std::size_t structs = 0, asked = 0;
+  for (std::size_t at = text.find("\n} Hs"); at != text.npos; at = text.find("\n} Hs", at + 1)) ++structs;
+#define HS_COUNT(type) ++asked;
+#define HS_NOTHING(type, member)
+  HS_SHARED_MEMBERS(HS_COUNT, HS_NOTHING)
+  EXPECT_EQ(structs, asked);
+}
+
+TEST_F(Shared, AValueWrittenByTheHostIsReadByTheDevice) {
+  const cl::Program program = runner_.program_with(R"(
+    __kernel void read(const HsView view, __global const HsFeature* features, __global float* out) {
+      out[0] = view.px_from_q.w; out[1] = view.d_far; out[2] = (float)view.mid_y_px; out[3] = features[1].c; out[4] = (float)features[1].kind;
+    })");
+  HsView view{};
+  view.px_from_q.s[3] = 1.5f;
+  view.d_far = 2.5f;
+  view.mid_y_px = 7;
+  const std::vector<HsFeature> features = {{}, {0, 0, 0, 0, 0, 0, 4.5f, HS_FEATURE_CORNER}};
+  const cl::Buffer out = runner_.filled(5, 0.0f);
+  runner_.run(program, "read", cl::NDRange(1), cl::NDRange(1), view, runner_.buffer(features), out);
+  EXPECT_EQ(runner_.read<float>(out, 5), (std::vector<float>{1.5f, 2.5f, 7.0f, 4.5f, 1.0f}));
+}
+
+}  // namespace
+}  // namespace halfshade
