@@ -86,9 +86,8 @@ SampleTable sample_table(const std::vector<glm::dvec2>& points) {
     const float turn = static_cast<float>(i) / table.per_turn;
     const auto below = std::lower_bound(sorted.begin(), sorted.end(), turn, [](const Sample& s, float t) { return s.turn < t; });
     table.rank.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
-    if (i > 0) table.steps = std::max(table.steps, static_cast<unsigned>(table.rank[i] - table.rank[i - 1]));
   }
-  table.samples.insert(table.samples.end(), table.steps + 1, std::numeric_limits<float>::infinity());
+  table.samples.push_back(std::numeric_limits<float>::infinity());
   return table;
 }
 

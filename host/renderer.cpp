@@ -225,7 +225,6 @@ struct LightCounters {
 struct DiscSamples {
   cl::Buffer samples, rank;
   float per_turn = 0.0f;
-  cl_uint steps = 0;
 };
 
 }  // namespace
@@ -405,7 +404,6 @@ struct Renderer::State {
     disc.reach2 = disc.radius * disc.radius * 1.001f;
     disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
     disc.table_per_turn = samples.per_turn;
-    disc.table_steps = samples.steps;
     disc.sample_count = settings.samples;
     disc.rotated = settings.sample_pattern == SamplePattern::rotated;
 
@@ -425,7 +423,7 @@ struct Renderer::State {
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(tile_queue.get(), sizeof(cl_int));
-    launch_receivers("bound_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, tile_far.get(),
+    launch_pixels("bound_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, tile_far.get(),
                      receiver_bins.counts.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
     launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
@@ -438,7 +436,7 @@ struct Renderer::State {
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
     launch_strided("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
-    launch_receivers("list_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
+    launch_pixels("list_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
                      feature_bins.offsets.get(), static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(),
                      receivers.get(), out, plane);
     // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
@@ -457,7 +455,7 @@ struct Renderer::State {
       const SampleTable table = sample_table(disc_samples(count));
       found = disc_samples_of
                   .emplace(count, DiscSamples{buffer_of(*device, table.samples, "samples"),
-                                              buffer_of(*device, table.rank, "samples"), table.per_turn, table.steps})
+                                              buffer_of(*device, table.rank, "samples"), table.per_turn})
                   .first;
     }
     return found->second;

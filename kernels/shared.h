@@ -96,9 +96,9 @@ typedef struct {
   float reach2;          // an edge that stays farther from the centre than its root hides no sample
   float near_q;          // HS_NEAR_PX in light map coordinates
   float table_per_turn;  // entries of the rank table a quarter turn
-  hs_uint table_steps;   // most samples between two entries
   hs_uint sample_count;  // 16, 64, 256 or 1024
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
+  hs_uint padding;
 } HsDisc;
 
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.

@@ -26,15 +26,21 @@ typedef short16 v_short;
 #define HS_LANE(v, i) (((const int*)&(v))[i])
 #define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
 #define HS_SET_LANE(v, i) (((int*)&(v))[i] = -1)
-inline int lane_count(int16 mask) {
+HS_INLINE int v_min(int16 v) {
+  const int8 a = min(v.lo, v.hi);
+  const int4 b = min(a.lo, a.hi);
+  const int2 c = min(b.lo, b.hi);
+  return min(c.x, c.y);
+}
+HS_INLINE int lane_count(int16 mask) {
   const int8 a = mask.lo + mask.hi;
   const int4 b = a.lo + a.hi;
   const int2 c = b.lo + b.hi;
   return -(c.x + c.y);
 }
-inline int short_lane_count(short16 mask) { return lane_count(convert_int16(mask)); }
+HS_INLINE int short_lane_count(short16 mask) { return lane_count(convert_int16(mask)); }
 // Bit i for lane i.
-inline uint lane_bits(int16 mask) {
+HS_INLINE uint lane_bits(int16 mask) {
   const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
   const int16 bits = mask & bit;
   const int8 a = bits.lo | bits.hi;
@@ -54,6 +60,7 @@ typedef short v_short;
 #define HS_LANE(v, i) (v)
 #define HS_FLOAT_LANE(v, i) (v)
 #define HS_SET_LANE(v, i) ((v) = -1)
+#define v_min(v) (v)
 #define lane_count(mask) ((mask) != 0)
 #define short_lane_count(mask) ((mask) != 0)
 #define lane_bits(mask) ((uint)((mask) != 0))
@@ -90,7 +97,7 @@ __kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global cons
 }
 
 // Appends one record; a.w and b.w carry its integers.
-inline void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
+HS_INLINE void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
                       __global HsStatus* status) {
   HsEdge edge;
   edge.a = (float4)(a, as_float(m));
@@ -101,7 +108,7 @@ inline void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, 
 }
 
 // The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
-inline bool clip_to_light_plane(float3* a, float3* b) {
+HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
   if (!(fmax(a->z, b->z) > 0.0f)) return false;
   const float3 from = *a, to = *b;
   const float t = from.z / (from.z - to.z);
@@ -227,12 +234,12 @@ __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* bl
 }
 
 // The tile of a receiver, from its position in texels (centres at integers).
-inline vint tile_of(const HsView light, const Receiver* r) {
+HS_INLINE vint tile_of(const HsView light, const Receiver* r) {
   return row(light, v_int(rint(r->v))) / HS_TILE * (int)light.tiles_x + column(light, v_int(rint(r->u))) / HS_TILE;
 }
 
 // True if all lanes of `mask` hold the same tile, which is then *tile.
-inline bool one_tile(vint tiles, vint mask, int* tile) {
+HS_INLINE bool one_tile(vint tiles, vint mask, int* tile) {
   *tile = v_min(v_select((vint)(INT_MAX), tiles, mask));
   return *tile == -v_min(v_select((vint)(INT_MAX), -tiles, mask));
 }
@@ -240,11 +247,7 @@ inline bool one_tile(vint tiles, vint mask, int* tile) {
 // tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts: its receivers. Both must be 0.
 __kernel void bound_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                               __global const float4* normal, __global int* tile_far, __global uint* tile_counts) {
-  const int px = (int)get_global_id(0) * HS_LANES;
-  const int valid = min(HS_LANES, (int)view.width_px - px);
-  for (int strip = 0; strip < HS_STRIP; ++strip) {
-    const int py = (int)get_global_id(1) * HS_STRIP + strip;
-    if (valid <= 0 || py >= (int)view.height_px) break;
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     const vint mine = !r.decided & (v_iota < valid);
     if (!v_any(mine)) continue;
@@ -273,7 +276,7 @@ typedef struct {
   bool everywhere;  // it comes too near to the light's plane to be projected
 } Capsule;
 
-inline Capsule capsule_of(const HsView view, float3 a, float3 b) {
+HS_INLINE Capsule capsule_of(const HsView view, float3 a, float3 b) {
   Capsule c;
   c.everywhere = fmin(a.z, b.z) < view.znear * 0.5f;
   const float3 from = project_px(view, c.everywhere ? (float3)(0.0f, 0.0f, 1.0f) : a);
@@ -290,7 +293,7 @@ inline Capsule capsule_of(const HsView view, float3 a, float3 b) {
 
 // Whether a receiver within `half_px` of `middle`, no farther than 1/d_far, can have the edge before its disc, or within
 // HS_NEAR_PX of it in the map.
-inline bool capsule_touches(const Capsule* c, float radius_px, float2 middle, float2 half_px, float d_far) {
+HS_INLINE bool capsule_touches(const Capsule* c, float radius_px, float2 middle, float2 half_px, float d_far) {
   if (c->everywhere) return true;
   if (fmax(c->da, c->db) < d_far * HS_BEYOND) return false;
   const float slack = HS_NEAR_PX + 0.25f;
@@ -301,14 +304,14 @@ inline bool capsule_touches(const Capsule* c, float radius_px, float2 middle, fl
   return fabs(dot(c->normal, middle - c->a)) <= fmax(ra, rb) + dot(fabs(c->normal), half_px);
 }
 
-inline ushort4 capsule_rect(const HsView view, const Capsule* c, float radius_px) {
+HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius_px) {
   if (c->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
   const float slack = HS_NEAR_PX + 0.25f;
   const float ra = radius_px * fmax(c->da - view.d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - view.d_far, 0.0f) + slack;
   return rect_of_points(view, fmin(c->a - ra, c->b - rb), fmax(c->a + ra, c->b + rb));
 }
 
-inline bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y, __global const float* tile_far) {
+HS_INLINE bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y, __global const float* tile_far) {
   const float far = tile_far[y * view.tiles_x + x];
   return far > 0.0f && capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
 }
@@ -350,11 +353,7 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
                              __global const float4* normal, __global const float* shadow_map, __global const uint* edge_offsets,
                              const uint all, __global uint* tile_cursors, __global uint* listed, __global float* visibility,
                              const uint plane) {
-  const int px = (int)get_global_id(0) * HS_LANES;
-  const int valid = min(HS_LANES, (int)view.width_px - px);
-  for (int strip = 0; strip < HS_STRIP; ++strip) {
-    const int py = (int)get_global_id(1) * HS_STRIP + strip;
-    if (valid <= 0 || py >= (int)view.height_px) break;
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
     const vint mine = !r.decided & (v_iota < valid);
@@ -415,7 +414,7 @@ typedef struct {
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
 // the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
-inline float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position, __global const float4* normal,
+HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position, __global const float4* normal,
                               float3* n_ls) {
   float3 p;
   float error;
@@ -436,7 +435,7 @@ inline float3 lifted_receiver(const HsReceiverView view, uint pixel, __global co
   return p + *n_ls * error;
 }
 
-inline void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
+HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
                        __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
   for (int i = 0; i < count; ++i) {
     float3 n;
@@ -454,7 +453,7 @@ inline void load_batch(const HsView light, const HsReceiverView view, __global c
   }
 }
 
-inline Region region_of(const Batch* batch, int first, int end) {
+HS_INLINE Region region_of(const Batch* batch, int first, int end) {
   float3 low = (float3)(1e30f), high = (float3)(-1e30f);
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
   for (int i = first; i < end; ++i) {
@@ -471,14 +470,14 @@ inline Region region_of(const Batch* batch, int first, int end) {
 }
 
 // The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
-inline vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
+HS_INLINE vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
   const vfloat v = nx * region->middle.x + ny * region->middle.y + nz * region->middle.z - w;
   const vfloat reach = fabs(nx) * region->half_size.x + fabs(ny) * region->half_size.y + fabs(nz) * region->half_size.z +
                        1e-6f * (fabs(w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
   return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
 }
 
-inline int side_of_region1(const Region* region, float4 plane) {
+HS_INLINE int side_of_region1(const Region* region, float4 plane) {
   const float v = dot(plane.xyz, region->middle) - plane.w;
   const float reach = dot(fabs(plane.xyz), region->half_size) +
                       1e-6f * (fabs(plane.w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
@@ -486,7 +485,7 @@ inline int side_of_region1(const Region* region, float4 plane) {
 }
 
 // Copies an edge of the tile if a receiver of the region may need it.
-inline bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to, int slot) {
+HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to, int slot) {
   const float4 a = from->a, b = from->b;
   if (fmin(a.z, b.z) >= region->far_z) return false;
   const float4 plane0 = from->plane0, plane1 = from->plane1;
@@ -504,7 +503,7 @@ inline bool take_edge(const HsView light, float radius_px, const Region* region,
 }
 
 // Makes a list a whole number of vectors long, with edges that are none.
-inline void pad_list(EdgeList* list, int count) {
+HS_INLINE void pad_list(EdgeList* list, int count) {
   for (int i = count; i & (HS_LANES - 1); ++i) {
     list->m[i] = list->o0[i] = list->o1[i] = 0;
     list->ax[i] = list->ay[i] = list->bx[i] = list->by[i] = 0.0f;
@@ -514,7 +513,7 @@ inline void pad_list(EdgeList* list, int count) {
 
 // The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
 // most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
-inline int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count, EdgeList* to) {
+HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count, EdgeList* to) {
   int taken = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
@@ -558,11 +557,11 @@ inline int narrow_list(const HsView light, float radius_px, const Region* region
 }
 
 // A point's place in the light map relative to p's, times both depths.
-inline vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) { return a * pz - p * az; }
+HS_INLINE vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) { return a * pz - p * az; }
 
 // Whether the light's centre, as seen from p, is left of the edge a -> b, given by map_x and in its stored direction. The one place
 // where it is decided.
-inline vint left_of_centre(vfloat ax, vfloat ay, vfloat bx, vfloat by) { return ax * by - ay * bx > 0.0f; }
+HS_INLINE vint left_of_centre(vfloat ax, vfloat ay, vfloat bx, vfloat by) { return ax * by - ay * bx > 0.0f; }
 
 // An edge projected from p onto the light's plane, its part at or beyond p cut off.
 typedef struct {
@@ -571,7 +570,7 @@ typedef struct {
   vint seen;     // 0: all of it lies beyond p
 } ProjectedEdge;
 
-inline ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, vfloat px, vfloat py, vfloat pz) {
+HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, vfloat px, vfloat py, vfloat pz) {
   const vfloat limit = pz * HS_BEYOND;
   const vint a_beyond = az > limit, b_beyond = bz > limit;
   ProjectedEdge e;
@@ -596,12 +595,12 @@ inline ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vf
 }
 
 // Grows with the angle from the x axis, 0 .. 4, a quarter turn being 1 (L1 norm). host/light_samples.cpp has the same.
-inline vfloat turn_of(vfloat x, vfloat y) {
+HS_INLINE vfloat turn_of(vfloat x, vfloat y) {
   const vfloat t = x / fmax(fabs(x) + fabs(y), 1e-30f);
   return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
 }
 
-inline vint gather_rank(__global const ushort* p, vint i) {
+HS_INLINE vint gather_rank(__global const ushort* p, vint i) {
 #if HS_LANES == 16
   return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb], p[i.sc],
                  p[i.sd], p[i.se], p[i.sf]);
@@ -611,9 +610,13 @@ inline vint gather_rank(__global const ushort* p, vint i) {
 }
 
 // Samples before an angle in their order.
-inline vint rank_of(const HsDisc disc, __global const ushort* rank_table, __global const float* sample_turns, vfloat turn) {
+HS_INLINE vint rank_of(const HsDisc disc, __global const ushort* rank_table, __global const float* sample_turns, vfloat turn) {
   vint rank = gather_rank(rank_table, v_int(turn * disc.table_per_turn));
-  for (uint i = 0; i < disc.table_steps; ++i) rank -= v_gather(sample_turns, rank) < turn;
+  for (;;) {
+    const vint behind = v_gather(sample_turns, rank) < turn;
+    if (!v_any(behind)) break;
+    rank += v_select((vint)(0), (vint)(1), behind);
+  }
   return rank;
 }
 
@@ -632,7 +635,7 @@ typedef struct {
 } Passing;
 
 // Finds the silhouettes of `list` as seen from p that pass before the disc. Returns their number, padded with edges that hide nothing.
-inline int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing, Walk* walk) {
+HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing, Walk* walk) {
   int taken = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     const vint front0 = v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
@@ -679,7 +682,7 @@ inline int project_edges(const EdgeList* list, int count, const HsDisc disc, flo
 }
 
 // Adds the crossings of those edges to the receiver's counts, one a sample.
-inline void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation, __global const float* samples,
+HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation, __global const float* samples,
                             __global const ushort* rank_table, short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
   __global const float* sample_x = samples;
@@ -744,7 +747,7 @@ inline void count_crossings(const Passing* passing, int count, const HsDisc disc
 
 // Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.
 // 0: something does, 1: nothing, lit; 2: whatever does is so near that it may be the receiver's own surface.
-inline int lit_by_map(const HsView light, __global const float* shadow_map, const Batch* batch, int i) {
+HS_INLINE int lit_by_map(const HsView light, __global const float* shadow_map, const Batch* batch, int i) {
   const int x = clamp(convert_int_rtn(batch->u[i]), 0, (int)light.width_px - 1), y = clamp(convert_int_rtn(batch->v[i]), 0, (int)light.height_px - 1);
   const float d = batch->plane_d[i], dx = batch->plane_dx[i], dy = batch->plane_dy[i];
   const float slope = fabs(dx) + fabs(dy);
@@ -764,13 +767,13 @@ inline int lit_by_map(const HsView light, __global const float* shadow_map, cons
 
 // How the centre's direction from p, drawn into the light map, passes an edge a -> b given there relative to p (as left_of_centre
 // has it): +1 where it crosses the half-line y = 0, x > 0 upwards, -1 downwards. Summed over a triangle, its winding number.
-inline vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
+HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
   const vint a_up = ay >= 0.0f, b_up = by >= 0.0f, left = left_of_centre(ax, ay, bx, by);
   return v_select((vint)(0), (vint)(1), !a_up & b_up & left) - v_select((vint)(0), (vint)(1), a_up & !b_up & !left);
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
-inline void count_centre(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
+HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
                          __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects, __global const uint* offsets,
                          __global const uint* refs, uint capacity, __global const uint* triangles, __global const float4* vertices_ls,
                          __global const int4* vertices_px, __global const float4* planes, int* crossings) {
@@ -834,7 +837,7 @@ inline void count_centre(const HsView view, const Batch* batch, int first, const
 
 // Turns light-plane coordinates to a pixel's own axes: by minus the angle that its samples are turned by, the same as rays use
 // (host/light_samples.hpp).
-inline float2 rotation_of(uint pixel) {
+HS_INLINE float2 rotation_of(uint pixel) {
   uint h = pixel * 747796405u + 2891336453u;
   h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
   h = (h >> 22u) ^ h;
@@ -843,7 +846,7 @@ inline float2 rotation_of(uint pixel) {
 }
 
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
-// samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinities.
+// samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinity.
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc, __global const float* depth_or_position,
                             __global const float4* normal, __global const float* shadow_map, __global const HsEdge* edges,
                             __global const uint* edge_offsets, __global const uint* edge_refs, const uint edge_capacity,
@@ -882,58 +885,58 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
       pad_list(&lists[0], listed_count);
 
       for (int first = 0; first < batch_count; first += HS_CHUNK) {
-      const int count = min(batch_count - first, HS_CHUNK);
-      const Region region = region_of(&batch, first, first + count);
-      for (int i = 0; i < count; ++i) walks[i].touched = walks[i].near = false;
-      // Where the batch's list has no room for all, each chunk goes through the tile's edges by itself, a listful at a time.
-      for (uint from = complete ? end_edge : first_edge, once = 1; once || from < end_edge; once = 0) {
-        if (!complete) {
-          listed_count = 0;
-          for (; from < end_edge && listed_count < HS_LISTED; ++from)
-            if (take_edge(light, disc.radius_px, &region, edges + (overflow ? from : edge_refs[from]), &lists[0], listed_count))
-              ++listed_count;
-          pad_list(&lists[0], listed_count);
-        }
-        const int near_count = narrow_list(light, disc.radius_px, &region, &lists[0], listed_count, &lists[1]);
-        if (near_count == 0) continue;
-        for (int i = 0; i < count; ++i) {
-          const int k = first + i;
-          const int passing_count = project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
-          if (passing_count == 0) continue;
-          const float2 rotation = disc.rotated ? rotation_of(listed[batch_first + k]) : (float2)(1.0f, 0.0f);
-          count_crossings(&passing, passing_count, disc, rotation, samples, rank_table, counts + i * HS_MAX_SAMPLES, &walks[i]);
-        }
-      }
-
-      // The centre: by the map where it is clear, else by counting.
-      int asking_count = 0;
-      int centre[HS_CHUNK];
-      for (int i = 0; i < count; ++i) {
-        const int lit = walks[i].near ? 2 : lit_by_map(light, shadow_map, &batch, first + i);
-        centre[i] = lit == 1 ? 0 : 1;
-        if (lit == 2 || (lit == 0 && walks[i].touched)) asking[asking_count++] = i;
-      }
-      if (asking_count > 0) {
-        count_centre(light, &batch, first, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
-                     triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
-        for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
-      }
-
-      for (int i = 0; i < count; ++i) {
-        float seen = centre[i] <= 0 ? 1.0f : 0.0f;
-        bool negative = centre[i] < 0;
-        if (walks[i].touched) {
-          int seen_count = 0;
-          for (int k = 0; k < n; k += HS_LANES) {
-            const v_short depth = v_load_short(counts + i * HS_MAX_SAMPLES + k) + (v_short)((short)centre[i]);
-            seen_count += short_lane_count(depth <= (short)0);
-            negative |= short_lane_count(depth < (short)0) != 0;
+        const int count = min(batch_count - first, HS_CHUNK);
+        const Region region = region_of(&batch, first, first + count);
+        for (int i = 0; i < count; ++i) walks[i].touched = walks[i].near = false;
+        // Where the batch's list has no room for all, each chunk goes through the tile's edges by itself, a listful at a time.
+        for (uint from = complete ? end_edge : first_edge, once = 1; once || from < end_edge; once = 0) {
+          if (!complete) {
+            listed_count = 0;
+            for (; from < end_edge && listed_count < HS_LISTED; ++from)
+              if (take_edge(light, disc.radius_px, &region, edges + (overflow ? from : edge_refs[from]), &lists[0], listed_count))
+                ++listed_count;
+            pad_list(&lists[0], listed_count);
           }
-          seen = (float)seen_count / (float)n;
+          const int near_count = narrow_list(light, disc.radius_px, &region, &lists[0], listed_count, &lists[1]);
+          if (near_count == 0) continue;
+          for (int i = 0; i < count; ++i) {
+            const int k = first + i;
+            const int passing_count = project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
+            if (passing_count == 0) continue;
+            const float2 rotation = disc.rotated ? rotation_of(listed[batch_first + k]) : (float2)(1.0f, 0.0f);
+            count_crossings(&passing, passing_count, disc, rotation, samples, rank_table, counts + i * HS_MAX_SAMPLES, &walks[i]);
+          }
         }
-        if (negative) atomic_inc(&status->negative_count);
-        visibility[(size_t)plane * view.width_px * view.height_px + listed[batch_first + first + i]] = seen;
-      }
+
+        // The centre: by the map where it is clear, else by counting.
+        int asking_count = 0;
+        int centre[HS_CHUNK];
+        for (int i = 0; i < count; ++i) {
+          const int lit = walks[i].near ? 2 : lit_by_map(light, shadow_map, &batch, first + i);
+          centre[i] = lit == 1 ? 0 : 1;
+          if (lit == 2 || (lit == 0 && walks[i].touched)) asking[asking_count++] = i;
+        }
+        if (asking_count > 0) {
+          count_centre(light, &batch, first, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
+                       triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
+          for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
+        }
+
+        for (int i = 0; i < count; ++i) {
+          float seen = centre[i] <= 0 ? 1.0f : 0.0f;
+          bool negative = centre[i] < 0;
+          if (walks[i].touched) {
+            int seen_count = 0;
+            for (int k = 0; k < n; k += HS_LANES) {
+              const v_short depth = v_load_short(counts + i * HS_MAX_SAMPLES + k) + (v_short)((short)centre[i]);
+              seen_count += short_lane_count(depth <= (short)0);
+              negative |= short_lane_count(depth < (short)0) != 0;
+            }
+            seen = (float)seen_count / (float)n;
+          }
+          if (negative) atomic_inc(&status->negative_count);
+          visibility[(size_t)plane * view.width_px * view.height_px + listed[batch_first + first + i]] = seen;
+        }
       }
     }
   }
