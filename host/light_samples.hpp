@@ -19,9 +19,9 @@ std::vector<glm::dvec2> disc_samples(unsigned n);
 
 /// Samples as kernels/visibility_exact.cl reads them.
 struct SampleTable {
-  std::vector<float> samples;     ///< x of all, y of all, turns of all (ascending), then infinity, where a search ends
+  std::vector<float> samples;       ///< x of all, y of all, turns of all (ascending), then infinity, where a search ends
   std::vector<std::uint16_t> rank;  ///< rank[i]: samples with a turn below i / per_turn; the search goes on from there
-  float per_turn = 0.0f;          ///< table entries a quarter turn
+  float per_turn = 0.0f;            ///< table entries a quarter turn
 };
 
 /// Sorts points by angle and builds the table that finds an angle's rank among them.

@@ -140,8 +140,8 @@ std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vec
   return seen;
 }
 
-/// True for a flat mesh (a floor, a wall) that has all of the light on one side and no receiver on the other: it casts on nothing,
-/// however much of the light's cone it fills.
+/// True for a flat mesh (a floor, a wall) that has all of the light on one side and no receiver on the other: it casts on
+/// nothing, however much of the light's cone it fills.
 bool casts_on_nothing(const Frustum& light, double light_radius, const std::vector<PlacedMesh>& meshes,
                       const std::vector<std::uint32_t>& lit, std::uint32_t flat) {
   const PlacedMesh& mesh = meshes[flat];

@@ -14,8 +14,9 @@ constexpr std::array<MethodInfo, 4> method_table{{
      "Reeves, Salesin & Cook 1987", "light-res pcf-filter"},
     {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
      "Chan & Durand 2003", "light-res smoothie-width falloff"},
-    {Method::exact, "exact", "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise",
-     "halfshade", "light-res samples sample-pattern alias-free"},
+    {Method::exact, "exact",
+     "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise", "halfshade",
+     "light-res samples sample-pattern alias-free"},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};

@@ -321,8 +321,8 @@ struct Renderer::State {
     zero(triangle_bins.counts.get(), tiles * sizeof(cl_uint));
     launch_blocks("transform", list.vertices, list.view, list.vertices.blocks, list.transforms, resident.positions,
                   vertices_vs.get(), vertices_px.get());
-    launch_blocks(bound_kernel, list.triangles, list.view, list.triangles.blocks, resident.triangle_corners,
-                  vertices_vs.get(), vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
+    launch_blocks(bound_kernel, list.triangles, list.view, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
+                  vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, triangle_bins.counts.get(), triangle_bins.offsets.get());
     launch_blocks("fill_triangles", list.triangles, list.view, list.triangles.blocks, triangle_bins.rects.get(),
                   triangle_bins.counts.get(), triangle_bins.refs.get(), triangle_bins.capacity);
@@ -388,7 +388,8 @@ struct Renderer::State {
                  fin_alpha.get(), tile_near_fins.get());
   }
 
-  /// Shadow map, potential silhouettes of the whole disc, into tiles; receivers near them, into tiles; counting (visibility_exact.cl).
+  /// Shadow map, potential silhouettes of the whole disc, into tiles; receivers near them, into tiles; counting
+  /// (visibility_exact.cl).
   void draw_exact(const LightView& fitted, const Light& light, const Settings& settings, const HsReceiverView& receiver,
                   const GBuffer& gbuffer, const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out,
                   cl_uint plane) {
@@ -424,21 +425,22 @@ struct Renderer::State {
     zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(tile_queue.get(), sizeof(cl_int));
     launch_pixels("bound_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, tile_far.get(),
-                     receiver_bins.counts.get());
+                  receiver_bins.counts.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
     launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
                   disc.radius, planes.get(), disc_sides.get());
     launch_blocks("collect_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_ends, resident.edge_face_offsets,
                   resident.edge_faces, disc_sides.get(), planes.get(), vertices_vs.get(), disc_edges.get(), status.get());
-    launch_blocks("collect_cuts", list.triangles, list.triangles.blocks, resident.triangle_corners, disc_sides.get(), planes.get(),
-                  vertices_vs.get(), disc.radius, disc_edges.get(), status.get());
-    launch_strided("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get());
+    launch_blocks("collect_cuts", list.triangles, list.triangles.blocks, resident.triangle_corners, disc_sides.get(),
+                  planes.get(), vertices_vs.get(), disc.radius, disc_edges.get(), status.get());
+    launch_strided("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(),
+                   feature_bins.counts.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
     launch_strided("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
     launch_pixels("list_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
-                     feature_bins.offsets.get(), static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(),
-                     receivers.get(), out, plane);
+                  feature_bins.offsets.get(), static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(),
+                  receivers.get(), out, plane);
     // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
     const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
     launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,

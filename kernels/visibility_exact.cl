@@ -11,7 +11,10 @@
 // What keeps the sums whole in floating point: a face has one sign for one p, and a vertex one projection, whichever edge asks;
 // "c is left of AB" is one expression, in the edge's stored direction, in the walk as in the centre count; and which samples lie
 // between the directions of A and B is decided a vertex at a time, as their rank among the samples sorted by angle. The last is
-// also what makes it fast: an edge is tested only against the samples in its own wedge, mostly none or one of hundreds.
+// also what makes it fast: an edge is tested only against the samples in its own wedge, mostly none or one of hundreds. Of 256
+// samples, the wedges of the 57 edges that pass before the disc from an average pixel of a scanned figure (39,000 triangles) hold
+// 80 vectors of 16 in all, where testing every edge against every sample takes 57 x 16 = 912; bit-sliced counters would take
+// 57 x 8 words and as many masks to make. The counting itself is then a quarter of the time; another quarter projects edges.
 
 // HS_BATCH receivers of a tile share one list of at most HS_LISTED edges, HS_CHUNK neighbours of them a shorter one.
 #if HS_LANES == 16

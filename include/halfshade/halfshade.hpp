@@ -243,8 +243,8 @@ struct GBuffer {
   cl_mem normal = nullptr;
   /// float4: linear base colour. Only for shading; null where `face` tells it.
   cl_mem base_color = nullptr;
-  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or unknown.
-  /// Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
+  /// uint: the scene's triangle that is seen, counted through all meshes as the renderer holds them; 0xffffffff for none or
+  /// unknown. Filled by enqueue_gbuffer; a caller's own G-buffer can do without.
   cl_mem face = nullptr;
 };
 
