@@ -337,7 +337,7 @@ TEST_F(Cli, OutputFoldersThatCannotBeUsed) {
 
 TEST_F(Cli, AFullDiskIsNoticedAndLeavesNothing) {
   // The limit is on every file that the process writes; it leaves room for the OpenCL compiler's, not for the frame.
-  const Result result = run({"render", HALFSHADE_DATA_DIR "/scenes/primitives.json", "-m", "hard"}, 1 << 20);
+  const Result result = run({"render", HALFSHADE_DATA_DIR "/scenes/primitives.json", "-m", "hard"}, 4 << 20);
   EXPECT_EQ(result.code, 1) << result.err;
   EXPECT_TRUE(has(result.err, "out/primitives.hard.0001.exr")) << result.err;
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
