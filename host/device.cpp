@@ -195,6 +195,7 @@ std::shared_ptr<Device> Device::open(std::string_view selector) {
     impl->cl_device = chosen->device;
     impl->cl_context_ = cl::Context(chosen->device);
     impl->cl_queue = cl::CommandQueue(impl->cl_context_, chosen->device, CL_QUEUE_PROFILING_ENABLE);
+    impl->owns_queue = true;
     return finish(std::move(impl));
   } catch (const cl::Error& error) {
     throw DeviceError(

@@ -16,6 +16,7 @@ struct DeviceImpl final : Device {
   cl::Context cl_context_;
   cl::CommandQueue cl_queue;
   bool profiles = false;
+  bool owns_queue = false;  ///< made by Device::open
 
   /// Shape of the tile kernels (kernels/common.h): work-items a tile and texels a work-item follow from the kind of device.
   unsigned tile_px = 0, lanes = 0;

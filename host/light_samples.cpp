@@ -39,7 +39,7 @@ double unit_of(std::uint32_t hash) {
   return (hash + 0.5) * 0x1p-32;
 }
 
-std::vector<glm::dvec2> disc_samples(unsigned n) {
+std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t pattern_seed) {
   if (n == 1) return {glm::dvec2(0.0)};
   // Rows as high as they hold cells, so that every cell has the same area whatever n.
   const auto rows = static_cast<unsigned>(std::sqrt(static_cast<double>(n)));
@@ -52,7 +52,7 @@ std::vector<glm::dvec2> disc_samples(unsigned n) {
   for (unsigned row = 0, first = 0; row < rows; ++row) {
     const unsigned last = n * (row + 1) / rows, columns = last - first;
     for (unsigned column = 0; column < columns; ++column) {
-      const std::uint32_t seed = hash_of(first + column + 0x9e3779b9u * n);
+      const std::uint32_t seed = hash_of((first + column + 0x9e3779b9u * n) ^ hash_of(pattern_seed));
       const double x = (column + unit_of(hash_of(seed))) / columns;
       const double y = (first + unit_of(hash_of(seed ^ 0x85ebca6bu)) * columns) / n;
       const unsigned order = in_blocks ? ((row / 4 * rows / 4 + column / 4) * 4 + row % 4) * 4 + column % 4 : first + column;

@@ -13,9 +13,10 @@ std::uint32_t hash_of(std::uint32_t x);
 double unit_of(std::uint32_t hash);
 
 /// n stratified points of the unit disc: strata of equal area on a square, one jittered point in each, mapped to the disc by
-/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n. 16 consecutive ones lie
-/// together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre.
-std::vector<glm::dvec2> disc_samples(unsigned n);
+/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n and seed. 16 consecutive
+/// ones lie together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre. Another `seed`, other
+/// jitter.
+std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t seed = 0);
 
 /// Samples as kernels/visibility_exact.cl reads them.
 struct SampleTable {

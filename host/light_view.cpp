@@ -14,6 +14,7 @@ static_assert(sizeof(HsTransform) == 48);
 static_assert(sizeof(HsView) == 96 && offsetof(HsView, znear) == 64);
 static_assert(sizeof(HsFeature) == 32);
 static_assert(sizeof(HsFinShape) == 16);
+static_assert(sizeof(HsLayer) == 16);
 static_assert(sizeof(HsStatus) == 16);
 static_assert(sizeof(HsReceiverView) == 128 && offsetof(HsReceiverView, width_px) == 112);
 static_assert(sizeof(HsShadeLight) == 96);

@@ -8,15 +8,22 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 4> method_table{{
-    {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res"},
+constexpr std::array<MethodInfo, 7> method_table{{
+    {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
+     Falloff::linear},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
-     "Reeves, Salesin & Cook 1987", "light-res pcf-filter"},
+     "Reeves, Salesin & Cook 1987", "light-res pcf-filter", Falloff::linear, Falloff::linear},
     {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
-     "Chan & Durand 2003", "light-res smoothie-width falloff"},
+     "Chan & Durand 2003", "light-res smoothie-width falloff faithful", Falloff::sine, Falloff::sine},
+    {Method::penumbra_maps, "penumbra-maps", "outer penumbra from cones and sheets at the silhouettes, darkest wins",
+     "Wyman & Hansen 2003", "light-res falloff faithful", Falloff::bernstein, Falloff::bernstein},
+    {Method::fins, "fins", "inner and outer penumbra from fins at the silhouettes", "Cai et al. 2006, one layer",
+     "light-res falloff faithful", Falloff::disc, Falloff::bernstein},
+    {Method::layered_fins, "layered-fins", "the same, layer by layer of depth: casters below one another", "Cai et al. 2006",
+     "light-res layers falloff faithful", Falloff::disc, Falloff::bernstein},
     {Method::exact, "exact",
      "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise", "halfshade",
-     "light-res samples sample-pattern alias-free"},
+     "light-res samples sample-pattern alias-free", Falloff::linear, Falloff::linear},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};
@@ -31,10 +38,19 @@ std::span<const MethodInfo> methods() {
   return method_table;
 }
 
-std::string_view name_of(Method method) {
+const MethodInfo& info_of(Method method) {
   for (const MethodInfo& info : method_table)
-    if (info.method == method) return info.name;
+    if (info.method == method) return info;
   throw std::logic_error("a method without an entry in method_table");
+}
+
+std::string_view name_of(Method method) {
+  return info_of(method).name;
+}
+
+Falloff chosen_falloff(const Settings& settings) {
+  const MethodInfo& info = info_of(settings.method);
+  return settings.falloff.value_or(settings.faithful ? info.faithful_falloff : info.falloff);
 }
 
 std::string_view name_of(SamplePattern pattern) {

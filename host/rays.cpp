@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <numbers>
+#include <optional>
 #include <thread>
 
 #include "image_io.hpp"
@@ -21,6 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int packet_size = 16;
+constexpr std::uint32_t truth_seed = 0x7275'7468;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -59,8 +61,8 @@ Pattern pattern_of(const std::vector<glm::dvec2>& samples) {
 /// Traces one light's shadow rays in packets. One a thread.
 class Tracer {
  public:
-  Tracer(const RayScene& scene, const Disc& disc, const RayReceivers& receivers, bool rotate)
-      : scene_(scene.handle()), disc_(disc), receivers_(receivers), rotate_(rotate) {
+  Tracer(const RayScene& scene, const Disc& disc, const RayReceivers& receivers, std::optional<std::uint32_t> turn_seed)
+      : scene_(scene.handle()), disc_(disc), receivers_(receivers), turn_seed_(turn_seed) {
     rtcInitIntersectContext(&context_);
     context_.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     std::fill(std::begin(ray_.tnear), std::end(ray_.tnear), 0.0f);
@@ -108,8 +110,8 @@ class Tracer {
   };
 
   Axes axes_of(std::size_t i) const {
-    if (!rotate_) return {disc_.right, disc_.up};
-    const auto angle = static_cast<float>(2.0 * std::numbers::pi * unit_of(hash_of(receivers_.pixels[i])));
+    if (!turn_seed_) return {disc_.right, disc_.up};
+    const auto angle = static_cast<float>(2.0 * std::numbers::pi * unit_of(hash_of(receivers_.pixels[i] ^ hash_of(*turn_seed_))));
     const float c = std::cos(angle), s = std::sin(angle);
     return {c * disc_.right + s * disc_.up, c * disc_.up - s * disc_.right};
   }
@@ -139,7 +141,7 @@ class Tracer {
   RTCScene scene_;
   Disc disc_;
   const RayReceivers& receivers_;
-  bool rotate_;
+  std::optional<std::uint32_t> turn_seed_;  ///< of each pixel's turn of the pattern; none: no turns
   RTCIntersectContext context_;
   alignas(64) RTCRay16 ray_;
 };
@@ -302,17 +304,17 @@ std::vector<float> trace_visibility(const RayScene& scene, const Light& light, c
   // All samples of a point are one.
   const bool is_point = light.radius <= 0.0;
   const Pattern first = pattern_of(is_point                   ? disc_samples(1)
-                                   : settings.pattern.empty() ? disc_samples(settings.samples)
+                                   : settings.pattern.empty() ? disc_samples(settings.samples, settings.seed)
                                                               : settings.pattern);
-  const Pattern more =
-      pattern_of(is_point || settings.more_samples == 0 ? std::vector<glm::dvec2>() : disc_samples(settings.more_samples));
+  const Pattern more = pattern_of(is_point || settings.more_samples == 0 ? std::vector<glm::dvec2>()
+                                                                         : disc_samples(settings.more_samples, settings.seed));
   const Disc disc = disc_of(light, scene.origin_ws());
 
   constexpr std::size_t chunk = 1024;
   const std::size_t count = receivers.pixels.size();
   std::atomic<std::size_t> next{0};
   const auto work = [&](bool reports) {
-    Tracer tracer(scene, disc, receivers, settings.rotate);
+    Tracer tracer(scene, disc, receivers, settings.rotate ? std::optional(settings.seed) : std::nullopt);
     std::array<unsigned, chunk> lit;
     for (std::size_t begin; (begin = next.fetch_add(chunk)) < count;) {
       if (reports && progress) progress(static_cast<double>(begin) / static_cast<double>(count));
@@ -344,7 +346,7 @@ TruthCache::TruthCache(std::filesystem::path folder) : folder_(folder.empty() ? 
 std::string truth_key(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
                       unsigned samples) {
   Hasher hasher;
-  hasher.add(std::uint32_t{1});  // raised when tracing changes
+  hasher.add(std::uint32_t{2});  // raised when tracing changes
   for (const SceneMesh& mesh : scene.meshes) {
     if (!mesh.casts_shadow) continue;
     hasher.add(world_from_mesh(mesh));
@@ -371,7 +373,7 @@ std::vector<float> TruthCache::truth(const Scene& scene, const RayScene& rays, c
       stored.read(reinterpret_cast<char*>(plane.data()), static_cast<std::streamsize>(bytes)))
     return plane;
 
-  plane = trace_visibility(rays, light, receivers, {.samples = samples}, progress);
+  plane = trace_visibility(rays, light, receivers, {.samples = samples, .seed = truth_seed}, progress);
   std::filesystem::create_directories(folder_, error);
   if (error)
     throw InputError(

@@ -59,6 +59,8 @@ struct RaySettings {
   unsigned more_samples = 0;
   /// Turns the pattern by another angle at every pixel, so that its error is noise. Without, every pixel has the same samples.
   bool rotate = true;
+  /// Of jitter and turns. The truth has one of its own: a rival with its samples would look better than it is.
+  std::uint32_t seed = 0;
   /// Samples of the unit disc (light space x, y) instead of disc_samples(samples). `samples` is then ignored.
   std::vector<glm::dvec2> pattern = {};
 };

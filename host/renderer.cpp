@@ -245,7 +245,9 @@ struct Renderer::State {
   GrowingBuffer planes, disc_sides, disc_edges, tile_far, receivers, tile_queue;
   Bins receiver_bins;
   std::map<unsigned, DiscSamples> disc_samples_of;  ///< by their number
-  GrowingBuffer shadow_map, fin_depth, fin_alpha, tile_near_fins;
+  GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, fins, tile_near_fins;
+  GrowingBuffer sublayer_counts, sublayer_layers, caster_range, near_layers, other_casters, layer_receivers, illuminances,
+      strip_rects;  // of layered fins
   GrowingBuffer depth, normal, face, visibility, rgb;
   GrowingBuffer counters;  // LightCounters a light
 
@@ -293,6 +295,12 @@ struct Renderer::State {
   template <class... Args>
   void launch_strided(std::string_view name, const Args&... args) {
     launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
+  }
+
+  /// Work-items of launch_pixels.
+  std::size_t receiver_items(glm::uvec2 size_px) const {
+    const std::size_t items_x = (size_px.x + 15) / 16, items_y = (size_px.y + 15) / 16;
+    return items_x * items_y * (device->lanes == 1 ? 256 : 1);
   }
 
   /// The pixels of a G-buffer: 16 x 16 a work-item on CPU devices, one on GPU devices (HS_FOR_PIXELS in kernels/common.h).
@@ -355,37 +363,70 @@ struct Renderer::State {
                  resident.triangle_corners, vertices_vs.get(), vertices_px.get(), shadow_map.get());
   }
 
-  /// Faces to the light, silhouette edges, their quads and corners, into tiles, into fin buffers.
-  void draw_fins(const DrawList& list, const HsFinShape& shape) {
+  /// Faces to the light, silhouette edges, their quads and corners, into tiles.
+  void draw_features(const DrawList& list, const HsFinShape& shape, cl_uint layers) {
     const cl_uint tiles = tiles_of(list.view);
-    const std::size_t pixels = pixels_of(list.view);
-    sides.at_least(*device, resident.triangle_count, "face sides");
+    sides.at_least(*device, (resident.triangle_count + 3) / 4 * 4, "face sides");
     multiplicities.at_least(*device, resident.edge_count, "edge multiplicities");
     silhouettes.at_least(*device, resident.edge_count * sizeof(cl_uint), "silhouette edges");
     // Each edge can be a silhouette, with its quad and a corner at either end: room for all, so that none is ever lost.
     const std::size_t most_features = 3 * std::size_t{resident.edge_count};
     features.at_least(*device, most_features * sizeof(HsFeature), "fins");
-    feature_bins.size_for(*device, most_features, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
-    fin_depth.at_least(*device, pixels * sizeof(cl_float), "fin depth");
-    fin_alpha.at_least(*device, pixels * sizeof(cl_float), "fin alpha");
+    feature_bins.size_for(*device, most_features, std::size_t{tiles} * layers,
+                          4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
     tile_near_fins.at_least(*device, (tiles + 3) / 4 * 4, "tile flags");  // filled four at a time
 
-    zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(feature_bins.counts.get(), std::size_t{tiles} * layers * sizeof(cl_uint));
     zero(tile_near_fins.get(), (tiles + 3) / 4 * 4);
+    if (layers > 1)  // as of faces turned away: of meshes that cast nothing
+      device->cl_queue.enqueueFillBuffer(sides.get(), cl_uint{0x01010101}, 0, (resident.triangle_count + 3) / 4 * 4);
     launch_blocks("orient_faces", list.caster_triangles, list.caster_triangles.blocks, resident.triangle_corners,
                   vertices_vs.get(), sides.get());
     launch_blocks("classify_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_face_offsets, resident.edge_faces,
                   sides.get(), multiplicities.get(), silhouettes.get(), status.get());
-    launch_strided("build_features", list.view, shape, silhouettes.get(), resident.edge_ends, resident.edge_face_offsets,
-                   resident.edge_faces, resident.triangle_corners, resident.vertex_edge_offsets, resident.vertex_edges,
-                   multiplicities.get(), vertices_vs.get(), vertices_px.get(), features.get(), feature_bins.rects.get(),
-                   feature_bins.counts.get(), status.get());
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
-    launch_strided("fill_features", list.view, status.get(), feature_bins.rects.get(), feature_bins.counts.get(),
+    sublayer_counts.at_least(*device, HS_SUBLAYERS * sizeof(cl_uint), "sub-layers");
+    sublayer_layers.at_least(*device, HS_SUBLAYERS * sizeof(cl_uint), "sub-layers");
+    caster_range.at_least(*device, 2 * sizeof(cl_float), "depths");
+    if (layers > 1) {
+      zero(sublayer_counts.get(), HS_SUBLAYERS * sizeof(cl_uint));
+      launch_strided("count_sublayers", list.view, silhouettes.get(), resident.edge_ends, vertices_vs.get(), status.get(),
+                     sublayer_counts.get());
+      launch("merge_sublayers", cl::NDRange(1), cl::NDRange(1), list.view, layers, status.get(), sublayer_counts.get(),
+             sublayer_layers.get(), caster_range.get());
+    }
+    launch_strided("build_features", list.view, shape, layers, sublayer_layers.get(), silhouettes.get(), resident.edge_ends,
+                   resident.edge_face_offsets, resident.edge_faces, resident.triangle_corners, resident.vertex_edge_offsets,
+                   resident.vertex_edges, multiplicities.get(), vertices_vs.get(), vertices_px.get(), shadow_map.get(),
+                   features.get(), feature_bins.rects.get(), feature_bins.counts.get(), status.get());
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles * layers, feature_bins.counts.get(), feature_bins.offsets.get());
+    launch_strided("fill_features", list.view, status.get(), features.get(), feature_bins.rects.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
-    launch_tiles("raster_fins", list.view, list.view, shape, status.get(), feature_bins.rects.get(), feature_bins.offsets.get(),
-                 feature_bins.refs.get(), feature_bins.capacity, features.get(), shadow_map.get(), fin_depth.get(),
-                 fin_alpha.get(), tile_near_fins.get());
+  }
+
+  /// Features into the buffers of a method.
+  void draw_fins(const DrawList& list, const HsFinShape& shape, const Settings& settings) {
+    const std::size_t pixels = pixels_of(list.view);
+    const auto raster = [&](std::string_view kernel, const auto&... args) {
+      launch_tiles(kernel, list.view, list.view, shape, status.get(), feature_bins.rects.get(), feature_bins.offsets.get(),
+                   feature_bins.refs.get(), feature_bins.capacity, features.get(), shadow_map.get(), tile_near_fins.get(),
+                   args...);
+    };
+    const cl_uint layers = layers_of(settings);
+    draw_features(list, shape, layers);
+    if (settings.method == Method::smoothies) {
+      fin_depth.at_least(*device, pixels * sizeof(cl_float), "fin depth");
+      fin_alpha.at_least(*device, pixels * sizeof(cl_float), "fin alpha");
+      raster("raster_fins", fin_depth.get(), fin_alpha.get());
+    } else if (layers > 1) {
+      begin_layers(list, layers);
+    } else if (settings.method != Method::penumbra_maps) {
+      fins.at_least(*device, pixels * sizeof(cl_float4), "fins");
+      other_casters.at_least(*device, sizeof(cl_uint), "casters");
+      raster("raster_shadow_fins", fins.get(), HsLayer{0, 1, settings.faithful, 0}, caster_range.get(), other_casters.get());
+    } else {
+      penumbra_map.at_least(*device, pixels * sizeof(cl_float), "penumbra map");
+      raster("raster_penumbra_map", penumbra_map.get(), static_cast<cl_uint>(chosen_falloff(settings)));
+    }
   }
 
   /// Shadow map, potential silhouettes of the whole disc, into tiles; receivers near them, into tiles; counting
@@ -464,11 +505,64 @@ struct Renderer::State {
   }
 
   static bool has_fins(const Settings& settings, const Light& light) {
-    return settings.method == Method::smoothies && (settings.smoothie_width > 0.0 || light.radius > 0.0);
+    if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || light.radius > 0.0;
+    return settings.method != Method::hard && settings.method != Method::pcf && settings.method != Method::exact &&
+           light.radius > 0.0;
+  }
+
+  static cl_uint layers_of(const Settings& settings) { return settings.method == Method::layered_fins ? settings.layers : 1; }
+
+  /// What the turns of the layers have in common: where any fin can be met, and where casters stand.
+  void begin_layers(const DrawList& list, cl_uint layers) {
+    const std::size_t tiles = tiles_of(list.view), pixels = pixels_of(list.view);
+    fins.at_least(*device, pixels * sizeof(cl_float4), "fins");
+    other_casters.at_least(*device, pixels * sizeof(cl_uint), "casters");
+    const std::size_t near_bytes = (tiles * layers + 3) / 4 * 4;
+    near_layers.at_least(*device, near_bytes, "tile flags");
+    zero(near_layers.get(), near_bytes);
+    launch_strided("flag_near_layers", list.view, status.get(), features.get(), feature_bins.rects.get(), near_layers.get(),
+                   tile_near_fins.get());
+    launch_tiles("raster_casters", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+                 triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), sides.get(), shadow_map.get(),
+                 caster_range.get(), tile_near_fins.get(), other_casters.get());
+  }
+
+  /// Layer by layer: its fins into the one set of fin buffers, and from there into the visibility of the pixels near them.
+  void draw_layers(const HsView& light, const HsReceiverView& view, const HsFinShape& shape, const Settings& settings,
+                   glm::uvec2 size_px, const cl::Buffer& out, cl_uint plane, const auto& receive) {
+    const cl_uint layers = layers_of(settings), falloff = static_cast<cl_uint>(chosen_falloff(settings));
+    const std::size_t pixels = std::size_t{size_px.x} * size_px.y;
+    strip_rects.at_least(*device, receiver_items(size_px) * sizeof(cl_ushort4), "strips");
+    illuminances.at_least(*device, pixels * sizeof(cl_float4), "illuminance");
+    layer_receivers.at_least(*device, pixels * sizeof(cl_float4), "receivers");
+    receive("receive_layers_begin", shadow_map.get(), tile_near_fins.get(), falloff, layer_receivers.get(), illuminances.get(),
+            strip_rects.get());
+    for (cl_uint index = 0; index < layers; ++index) {
+      const HsLayer layer{index, layers, settings.faithful, 0};
+      launch_tiles("raster_shadow_fins", light, light, shape, status.get(), feature_bins.rects.get(), feature_bins.offsets.get(),
+                   feature_bins.refs.get(), feature_bins.capacity, features.get(), shadow_map.get(), tile_near_fins.get(),
+                   fins.get(), layer, caster_range.get(), other_casters.get());
+      launch_pixels("receive_layer", size_px, light, view, layer_receivers.get(), fins.get(), near_layers.get(), shape, layer,
+                    illuminances.get(), strip_rects.get());
+    }
+    launch_pixels("receive_layers_end", size_px, light, view, layer_receivers.get(), shadow_map.get(), other_casters.get(),
+                  caster_range.get(), falloff, illuminances.get(), strip_rects.get(), out, plane);
   }
 
   LightView fit(std::size_t light, const Settings& settings) const {
     return fit_light_view(scene.lights[light], placed, settings.light_resolution_px, device->tile_px);
+  }
+
+  static HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) {
+    HsFinShape shape{};
+    if (settings.method == Method::smoothies && settings.smoothie_width > 0.0)
+      shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
+    else
+      shape.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
+    shape.two_sided = settings.method == Method::fins || settings.method == Method::layered_fins;
+    shape.drop_hidden = !shape.two_sided || settings.faithful ? 0 : layers_of(settings) > 1 ? 1 : 2;
+    return shape;
   }
 
   /// The light's side of the frame: shadow map and fin buffers. False if nothing casts in its reach.
@@ -480,12 +574,7 @@ struct Renderer::State {
         draw_list(*device, resident, placed, fitted.view, fitted.frustum.view_from_world, fitted.drawn, fitted.casters);
     draw_shadow_map(list);
     if (has_fins(settings, light)) {
-      HsFinShape shape{};
-      if (settings.smoothie_width > 0.0)
-        shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
-      else
-        shape.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
-      draw_fins(list, shape);
+      draw_fins(list, fin_shape(light, fitted, settings), settings);
     }
     return true;
   }
@@ -512,11 +601,17 @@ struct Renderer::State {
       receive("receive_all");
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
-    else if (has_fins(settings, light))
-      receive("receive_smoothies", shadow_map.get(), fin_depth.get(), fin_alpha.get(), tile_near_fins.get(),
-              static_cast<cl_uint>(settings.falloff));
-    else
+    else if (!has_fins(settings, light))
       receive("receive_hard", shadow_map.get());
+    else if (settings.method == Method::smoothies)
+      receive("receive_smoothies", shadow_map.get(), fin_depth.get(), fin_alpha.get(), tile_near_fins.get(),
+              static_cast<cl_uint>(chosen_falloff(settings)));
+    else if (layers_of(settings) > 1)
+      draw_layers(fitted.view, view, fin_shape(light, fitted, settings), settings, gbuffer.resolution, out, plane, receive);
+    else if (settings.method != Method::penumbra_maps)
+      receive("receive_fins", shadow_map.get(), fins.get(), tile_near_fins.get(), static_cast<cl_uint>(chosen_falloff(settings)));
+    else
+      receive("receive_penumbra_map", shadow_map.get(), penumbra_map.get(), tile_near_fins.get());
     keep_counters(light_index, fitted, settings);
   }
 
@@ -526,11 +621,12 @@ struct Renderer::State {
     device->cl_queue.enqueueFillBuffer(counters.get(), cl_uint{0}, row, sizeof(LightCounters));
     if (fitted.casters.empty()) return;
     const std::size_t total = tiles_of(fitted.view) * sizeof(cl_uint);
+    const std::size_t feature_total = total * layers_of(settings);
     device->cl_queue.enqueueCopyBuffer(status.get(), counters.get(), 0, row, sizeof(HsStatus));
     device->cl_queue.enqueueCopyBuffer(triangle_bins.offsets.get(), counters.get(), total,
                                        row + offsetof(LightCounters, triangle_refs), sizeof(cl_uint));
     if (has_fins(settings, scene.lights[light]) || settings.method == Method::exact)
-      device->cl_queue.enqueueCopyBuffer(feature_bins.offsets.get(), counters.get(), total,
+      device->cl_queue.enqueueCopyBuffer(feature_bins.offsets.get(), counters.get(), feature_total,
                                          row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
   }
 
@@ -560,6 +656,9 @@ struct Renderer::State {
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
     if (settings.samples != 16 && settings.samples != 64 && settings.samples != 256 && settings.samples != HS_MAX_SAMPLES)
       throw InputError(fmt::format("{}: {} samples: expected 16, 64, 256 or 1024", caller, settings.samples));
+    if (settings.layers > HS_MAX_LAYERS)
+      throw InputError(
+          fmt::format("{}: {} layers: expected 1 to {}, or 0 (from the scene)", caller, settings.layers, HS_MAX_LAYERS));
     if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
       throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
                                    settings.smoothie_width));
@@ -611,7 +710,11 @@ Renderer::Renderer(std::shared_ptr<Device> device) : state_(std::make_unique<Sta
   if (!state_->device) throw InputError("Renderer: expected a device from Device::open or Device::adopt");
 }
 
-Renderer::~Renderer() = default;
+Renderer::~Renderer() {
+  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A caller's
+  // queue is the caller's to wait for.
+  if (state_->device->owns_queue) clFinish(state_->device->cl_queue());
+}
 
 void Renderer::set_scene(const Scene& scene) {
   validate(scene, scene.name.empty() ? "scene" : scene.name);
@@ -765,17 +868,21 @@ LightBuffers Renderer::read_light_buffers(std::size_t light) {
     buffers.planes.push_back({"shadow_map.Z", far_where_empty(read<float>(queue, s.shadow_map.get(), texels))});
     if (State::has_fins(*s.rendered, s.scene.lights[light])) {
       // Tiles without fins are not written by the kernels.
-      std::vector<float> z = read<float>(queue, s.fin_depth.get(), texels), alpha = read<float>(queue, s.fin_alpha.get(), texels);
       const std::vector<cl_uint> offsets = read<cl_uint>(queue, s.feature_bins.offsets.get(), tiles_of(view) + 1);
-      for (std::size_t i = 0; i < texels; ++i) {
-        const std::size_t tile = i / view.width_px / s.device->tile_px * view.tiles_x + i % view.width_px / s.device->tile_px;
-        if (offsets[tile] == offsets[tile + 1]) {
-          z[i] = HS_EMPTY_Z;
-          alpha[i] = 1.0f;
+      const auto plane = [&](const GrowingBuffer& buffer, float where_none) {
+        std::vector<float> values = read<float>(queue, buffer.get(), texels);
+        for (std::size_t i = 0; i < texels; ++i) {
+          const std::size_t tile = i / view.width_px / s.device->tile_px * view.tiles_x + i % view.width_px / s.device->tile_px;
+          if (offsets[tile] == offsets[tile + 1]) values[i] = where_none;
         }
+        return values;
+      };
+      if (s.rendered->method == Method::smoothies) {
+        buffers.planes.push_back({"fin.Z", far_where_empty(plane(s.fin_depth, HS_EMPTY_Z))});
+        buffers.planes.push_back({"fin.A", plane(s.fin_alpha, 1.0f)});
+      } else if (s.rendered->method == Method::penumbra_maps) {
+        buffers.planes.push_back({"penumbra_map.Y", plane(s.penumbra_map, 1.0f)});
       }
-      buffers.planes.push_back({"fin.Z", far_where_empty(std::move(z))});
-      buffers.planes.push_back({"fin.A", std::move(alpha)});
     }
     return buffers;
   });

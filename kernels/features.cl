@@ -1,13 +1,29 @@
 // Silhouette edges to fin geometry in the light map: one quad an edge, sectors at the corners.
 // Chan & Durand 2003 §3 step 3; Cai et al. 2006 §3.1. All fin methods share it.
 
-// How far from the feature's edge, in texels, a smoothie can still shadow the farthest receiver: where alpha' of Eq. 1 reaches 1.
-inline float smoothie_reach_px(const HsFinShape shape, float d, float d_far) {
+// How far from the feature's edge, in texels, it can matter to the farthest receiver: the penumbra's half-width w(Lb, L0) there, which
+// is where Chan & Durand's alpha' (Eq. 1) reaches 1, the radius of Wyman & Hansen's cone (§2.1), and the width of Cai's fins (Eq. 3).
+HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   const float beyond = fmax(d - d_far, 0.0f);
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 
-inline ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
+// The box about an edge's quad, and about the one on its inner side where fins have two.
+HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 outward, float d_far, float2* low, float2* high) {
+  const float2 a_reach = outward * reach_px(shape, a.z, d_far), b_reach = outward * reach_px(shape, b.z, d_far);
+  const float inner = shape.two_sided ? 1.0f : 0.0f;
+  const float2 a_out = a.xy + a_reach, b_out = b.xy + b_reach, a_in = a.xy - a_reach * inner, b_in = b.xy - b_reach * inner;
+  *low = fmin(fmin(a_in, b_in), fmin(a_out, b_out));
+  *high = fmax(fmax(a_in, b_in), fmax(a_out, b_out));
+}
+
+// How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide there,
+// which holds for a sphere no larger than that, and for gently sloping surfaces.
+HS_INLINE float caster_depth(const HsView view, const HsFinShape shape, float d) {
+  return 4.0f * reach_px(shape, d, view.d_far) / (view.px_from_q.x * d);
+}
+
+HS_INLINE ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
   // Texel centres lie at +0.5; a texel of slack absorbs the rounding of coordinates far outside the map.
   const float2 limit = (float2)(view.width_px + 2, view.height_px + 2);
   const int2 first = convert_int2_rtn(clamp(low - 1.0f, (float2)(-2.0f), limit));
@@ -15,26 +31,28 @@ inline ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
   return rect_of_texels(view, first.x, first.y, last.x, last.y);
 }
 
-inline void emit(const HsView view, HsFeature feature, ushort4 rect, __global HsFeature* features, __global ushort4* rects,
+HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 rect, __global HsFeature* features, __global ushort4* rects,
                  __global uint* tile_counts, __global HsStatus* status) {
   const bool reaches = rect.x < rect.z;
   if (reaches) {
     const uint i = atomic_inc(&status->feature_count);
+    feature.kind_and_layer |= layer << HS_FEATURE_KIND_BITS;
     features[i] = feature;
     rects[i] = rect;
-    count_rect(rect, view.tiles_x, tile_counts);
+    count_rect(rect, view.tiles_x, tile_counts + layer * (view.tiles_x * view.tiles_y));
   }
 }
 
-inline void emit_corner(const HsView view, const HsFinShape shape, float3 apex, float2 h0, float2 h1, __global HsFeature* features,
-                        __global ushort4* rects, __global uint* tile_counts, __global HsStatus* status) {
-  const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, HS_FEATURE_CORNER};
-  const float reach = smoothie_reach_px(shape, apex.z, view.d_far);
-  emit(view, corner, rect_of_points(view, apex.xy - reach, apex.xy + reach), features, rects, tile_counts, status);
+HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer, uint kind, float3 apex, float2 h0, float2 h1,
+                        __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
+                        __global HsStatus* status) {
+  const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
+  const float reach = reach_px(shape, apex.z, view.d_far);
+  emit(view, layer, corner, rect_of_points(view, apex.xy - reach, apex.xy + reach), features, rects, tile_counts, status);
 }
 
 // A vertex in texels, where the rasterizer drew it: fins begin exactly where coverage ends.
-inline float3 drawn_px(const HsView view, float3 p_ls, int4 vertex_px) {
+HS_INLINE float3 drawn_px(const HsView view, float3 p_ls, int4 vertex_px) {
   if (vertex_px.w != 0) return project_px(view, p_ls);
   return (float3)(convert_float2(vertex_px.xy) * (1.0f / HS_SUBPIXEL) + (float2)(view.mid_x_px, view.mid_y_px), as_float(vertex_px.z));
 }
@@ -44,7 +62,7 @@ typedef struct {
   float2 into, outward;
 } EdgeAtVertex;
 
-inline EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, int multiplicity,
+HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, int multiplicity,
                                    __global const float4* vertices_ls, __global const int4* vertices_px, float3 apex_px) {
   // The other end may lie before the near plane: the direction comes from a point of the edge that does not.
   const uint other = ends.x == vertex ? ends.y : ends.x;
@@ -64,18 +82,29 @@ inline EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, i
 }
 
 // The half-plane through the apex, bounded by `edge`, that holds `inside`: its inner normal.
-inline float2 half_plane(float2 edge, float2 inside) {
+HS_INLINE float2 half_plane(float2 edge, float2 inside) {
   const float2 normal = (float2)(-edge.y, edge.x);
   return dot(normal, inside) >= 0.0f ? normal : -normal;
 }
 
+// True where a silhouette's outward side is covered by the same caster, so that no shadow ends there: a fold of the mesh's outline, or an
+// edge beneath the surface. Its fins would brighten the umbra, or darken what the true outline's inner fins brighten.
+// The same caster's, if its surface is not much nearer than the silhouette: see caster_depth. In one layer any other's will do.
+HS_INLINE bool hidden_at(const HsView view, const HsFinShape shape, __global const float* shadow_map, float2 silhouette_px, float2 outward,
+                      float d) {
+  const int2 texel = convert_int2_rtn(silhouette_px + 1.5f * outward);
+  if (texel.x < 0 || texel.y < 0 || texel.x >= (int)view.width_px || texel.y >= (int)view.height_px) return false;
+  const float z_map = shadow_map[texel.y * view.width_px + texel.x], z = 1.0f / d;
+  return z_map < z * 0.9999f && (shape.drop_hidden == 2 || z_map >= z - caster_depth(view, shape, d));
+}
+
 // One corner: called by the first silhouette edge of the vertex, so that each vertex is done once.
-inline void build_corner(const HsView view, const HsFinShape shape, uint vertex, uint owner, __global const uint2* edges,
+HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint layer, uint vertex, uint owner, __global const uint2* edges,
                          __global const uint* edge_face_offsets, __global const uint* edge_faces, __global const uint* triangles,
                          __global const uint* vertex_edge_offsets, __global const uint* vertex_edges,
                          __global const char* multiplicities, __global const float4* vertices_ls, __global const int4* vertices_px,
-                         __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
-                         __global HsStatus* status) {
+                         __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects,
+                         __global uint* tile_counts, __global HsStatus* status) {
   const float3 v = vertices_ls[vertex].xyz;
   if (!(v.z >= view.znear)) return;
   const uint begin = vertex_edge_offsets[vertex], end = vertex_edge_offsets[vertex + 1];
@@ -89,11 +118,17 @@ inline void build_corner(const HsView view, const HsFinShape shape, uint vertex,
   }
   const float3 apex = drawn_px(view, v, vertices_px[vertex]);
   if (count == 2) {
-    // Beyond both edges' ends: the region whose nearest silhouette point is the vertex. Outer where the outward normals diverge.
+    // Beyond both edges' ends: the region whose nearest silhouette point is the vertex. It lies outside where the outward normals
+    // diverge, inside where the corner is concave.
     const EdgeAtVertex e0 = edge_at_vertex(view, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
     const EdgeAtVertex e1 = edge_at_vertex(view, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
-    if (dot(e0.outward + e1.outward, e0.into + e1.into) > 0.0f)
-      emit_corner(view, shape, apex, e0.into, e1.into, features, rects, tile_counts, status);
+    if (shape.drop_hidden && (hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e0.into, e0.outward, apex.z) ||
+                              hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e1.into, e1.outward, apex.z)))
+      return;
+    const float diverging = dot(e0.outward + e1.outward, e0.into + e1.into);
+    if (diverging > 0.0f || (diverging < 0.0f && shape.two_sided))
+      emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.into, e1.into, features, rects,
+                  tile_counts, status);
   } else if (count > 2) {
     // "We average the adjacent face normals to obtain a shared vertex normal n [...] Then we draw triangles that connect n with
     // each of the adjacent smoothie edges" (Chan & Durand §3). As it turns with the point on the surface, q = p.xy/p.z moves along
@@ -126,25 +161,30 @@ inline void build_corner(const HsView view, const HsFinShape shape, uint vertex,
       const EdgeAtVertex e = edge_at_vertex(view, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
       // Where the normals cancel out there is no shared direction: a quarter disc closes each fin.
       const float2 to = shared_length > 1e-6f ? shared / shared_length : e.into;
-      emit_corner(view, shape, apex, half_plane(e.outward, to), half_plane(to, e.outward), features, rects, tile_counts, status);
+      const float2 h0 = half_plane(e.outward, to), h1 = half_plane(to, e.outward);
+      emit_corner(view, shape, layer, HS_FEATURE_CORNER, apex, h0, h1, features, rects, tile_counts, status);
+      if (shape.two_sided)
+        emit_corner(view, shape, layer, HS_FEATURE_INNER_CORNER, apex, -h0, -h1, features, rects, tile_counts, status);
     }
   }
 }
 
-// features, rects: one a feature, in no particular order; tile_counts must be 0. Any number of work-items.
-__kernel void build_features(const HsView view, const HsFinShape shape, __global const uint* silhouettes,
+// features, rects: one a feature, in no particular order; tile_counts, a row of tiles a layer, must be 0. Any number of work-items.
+__kernel void build_features(const HsView view, const HsFinShape shape, const uint layer_count, __global const uint* sublayer_layers, __global const uint* silhouettes,
                              __global const uint2* edges, __global const uint* edge_face_offsets, __global const uint* edge_faces,
                              __global const uint* triangles, __global const uint* vertex_edge_offsets,
                              __global const uint* vertex_edges, __global const char* multiplicities,
                              __global const float4* vertices_ls, __global const int4* vertices_px,
-                             __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
+                             __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
                              __global HsStatus* status) {
   for (uint i = get_global_id(0); i < status->silhouette_count; i += get_global_size(0)) {
     const uint edge = silhouettes[i];
     const uint2 ends = edges[edge];
+    const uint layer = layer_count == 1 ? 0 : layer_at(view, sublayer_layers, middle_z(ends, vertices_ls));
     for (int end = 0; end < 2; ++end)
-      build_corner(view, shape, end == 0 ? ends.x : ends.y, edge, edges, edge_face_offsets, edge_faces, triangles,
-                   vertex_edge_offsets, vertex_edges, multiplicities, vertices_ls, vertices_px, features, rects, tile_counts, status);
+      build_corner(view, shape, layer, end == 0 ? ends.x : ends.y, edge, edges, edge_face_offsets, edge_faces, triangles,
+                   vertex_edge_offsets, vertex_edges, multiplicities, vertices_ls, vertices_px, shadow_map, features, rects, tile_counts,
+                   status);
 
     float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
     if (!(fmax(a.z, b.z) > view.znear)) continue;
@@ -162,10 +202,17 @@ __kernel void build_features(const HsView view, const HsFinShape shape, __global
     const float length_px = sqrt(dot(along, along));
     if (!(length_px > 0.0f)) continue;  // seen end-on: the corners at its ends meet
     const float2 outward = (float2)(along.y, -along.x) / length_px;
-    const float2 a_out = from.xy + outward * smoothie_reach_px(shape, from.z, view.d_far);
-    const float2 b_out = to.xy + outward * smoothie_reach_px(shape, to.z, view.d_far);
+    if (shape.drop_hidden) {
+      bool hidden = true;
+      for (int k = 1; k < 4; ++k) {
+        const float3 at = from + (to - from) * (0.25f * (float)k);
+        hidden &= hidden_at(view, shape, shadow_map, at.xy, outward, at.z);
+      }
+      if (hidden) continue;
+    }
     const HsFeature quad = {from.x, from.y, from.z, to.x, to.y, to.z, 0.0f, HS_FEATURE_EDGE};
-    emit(view, quad, rect_of_points(view, fmin(fmin(from.xy, to.xy), fmin(a_out, b_out)), fmax(fmax(from.xy, to.xy), fmax(a_out, b_out))),
-         features, rects, tile_counts, status);
+    float2 low, high;
+    bound_quad(shape, from, to, outward, view.d_far, &low, &high);
+    emit(view, layer, quad, rect_of_points(view, low, high), features, rects, tile_counts, status);
   }
 }

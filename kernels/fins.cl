@@ -1,106 +1,278 @@
-// Tile rasterization of smoothies: Chan & Durand 2003 §3 step 4 and §3.1.
+// Tile rasterization of silhouette features, and what each method makes of a texel's signed distance delta from a feature (positive
+// outside the caster) and of 1/Lb at the feature's nearest point.
+//
+// A tile's texels belong to one work-group, each to one work-item: minimum, maximum and nearest need no atomics and do not depend
+// on the order of features. Buffers are written in every tile that a 2x2 footprint which meets a feature's texel can touch; other
+// tiles are not written, and tile_near_fins says so.
 
-// 1 - b/r at a texel, with b = 1/d the fin's depth and r = 1/d_receiver the receiver's, and alpha' = alpha / (1 - b/r) (Eq. 1).
-// Both vanish at contact, where the penumbra has no width: a fin texel with b >= r lies behind the surface and is dropped before.
-inline vfloat smoothie_alpha(const HsFinShape shape, vfloat distance_px, vfloat d, vfloat d_receiver) {
+// A feature as a tile sees it: positions relative to the tile's first texel centre.
+typedef struct {
+  float2 a, t, h0, h1;
+  float ad, d_step, length_px;
+  float d_low, d_high;  // of its points
+  uint kind;
+  int x0, y0, x1, y1;  // texels of the tile that it may reach, inclusive
+} TileFeature;
+
+HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, const HsFeature f, int2 tile_px, int x_end, int y_end) {
+  TileFeature t;
+  t.a = (float2)(f.ax, f.ay) - convert_float2(tile_px) - 0.5f;
+  t.ad = f.ad;
+  t.d_low = t.d_high = f.ad;
+  t.kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
+  t.t = (float2)(0.0f);
+  t.h0 = (float2)(f.bx, f.by);
+  t.h1 = (float2)(f.bd, f.c);
+  t.length_px = t.d_step = 0.0f;
+  float2 low, high;
+  if (t.kind == HS_FEATURE_EDGE) {
+    const float2 b = (float2)(f.bx, f.by) - convert_float2(tile_px) - 0.5f;
+    t.length_px = sqrt(dot(b - t.a, b - t.a));
+    t.t = (b - t.a) / t.length_px;
+    t.d_step = (f.bd - f.ad) / t.length_px;
+    t.d_low = fmin(f.ad, f.bd);
+    t.d_high = fmax(f.ad, f.bd);
+    bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), (float2)(t.t.y, -t.t.x), view.d_far, &low, &high);
+  } else {
+    const float reach = reach_px(shape, f.ad, view.d_far);
+    low = t.a - reach;
+    high = t.a + reach;
+  }
+  t.x0 = max((int)ceil(fmax(low.x, -1.0f)), 0);
+  t.x1 = min((int)floor(fmin(high.x, (float)HS_TILE)), x_end - 1);
+  t.y0 = max((int)ceil(fmax(low.y, -1.0f)), 0);
+  t.y1 = min((int)floor(fmin(high.y, (float)HS_TILE)), y_end - 1);
+  return t;
+}
+
+// Signed distance from the feature and 1/Lb at its nearest point, for the texels that begin at (x, y) of the tile. False where
+// another feature is nearer: beyond an edge's ends, outside a corner's sector. Neighbouring features overlap by what rounding could
+// have torn open between them.
+#define HS_SLACK_PX (1.0f / 1024.0f)
+HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
+  const vfloat rx = v_float(x + v_iota) - f->a.x;
+  const float ry = (float)y - f->a.y;
+  if (f->kind == HS_FEATURE_EDGE) {
+    const vfloat along = rx * f->t.x + ry * f->t.y;
+    *delta_px = rx * f->t.y - ry * f->t.x;
+    *d = f->ad + along * f->d_step;
+    return (along >= -HS_SLACK_PX) & (along <= f->length_px + HS_SLACK_PX);
+  }
+  const vfloat distance_px = sqrt(rx * rx + ry * ry);
+  *delta_px = f->kind == HS_FEATURE_CORNER ? distance_px : -distance_px;
+  *d = (vfloat)(f->ad);
+  return (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
+}
+
+// A tile's part in a rasterization of features.
+typedef struct {
+  int2 px;           // its first texel
+  int x_end, y_end;  // of its texels within the map
+  uint layer;
+  uint first, last;  // of its features: references, or where the lists overflowed all features
+  bool overflow, touched;
+  bool written;  // a footprint that begins near a feature may reach into it
+} FeatureTile;
+
+HS_INLINE FeatureTile feature_tile(const HsView view, uint layer, uint layer_count, __global const HsStatus* status,
+                                __global const uint* offsets, uint capacity) {
+  FeatureTile t;
+  const uint tile = get_group_id(0), tx = tile % view.tiles_x, ty = tile / view.tiles_x, tile_count = view.tiles_x * view.tiles_y;
+  t.px = tile_origin_px(view);
+  t.x_end = min(HS_TILE, (int)view.width_px - t.px.x);
+  t.y_end = min(HS_TILE, (int)view.height_px - t.px.y);
+  t.layer = layer;
+  t.overflow = bins_overflow(offsets, tile_count * layer_count, capacity);
+  offsets += layer * tile_count;
+  t.first = t.overflow ? 0 : offsets[tile];
+  t.last = t.overflow ? status->feature_count : offsets[tile + 1];
+  t.written = t.touched = offsets[tile] != offsets[tile + 1];
+  for (uint v = ty > 0 ? ty - 1 : 0; v <= min(ty + 1, view.tiles_y - 1); ++v)
+    for (uint u = tx > 0 ? tx - 1 : 0; u <= min(tx + 1, view.tiles_x - 1); ++u)
+      t.written |= offsets[v * view.tiles_x + u] != offsets[v * view.tiles_x + u + 1];
+  return t;
+}
+
+// The next feature of a tile's list; false where it is another tile's or another layer's.
+HS_INLINE bool next_feature(const FeatureTile* tile, uint i, uint tiles_x, __global const uint* refs, __global const ushort4* rects,
+                         __global const HsFeature* features, HsFeature* f) {
+  *f = features[tile->overflow ? i : refs[i]];
+  return !tile->overflow ||
+         (rect_has(rects[i], get_group_id(0), tiles_x) && f->kind_and_layer >> HS_FEATURE_KIND_BITS == tile->layer);
+}
+
+// tile_near_fins: uchar a tile: 1 if a 2x2 footprint that begins in the tile can meet a feature's texel. Must be 0 before.
+HS_INLINE void flag_near_tiles(const HsView view, bool touched, __global uchar* tile_near_fins) {
+  if (touched && get_local_id(0) == 0) {
+    // Footprints that begin in the last row or column of the tiles before reach into this one.
+    const uint tx = get_group_id(0) % view.tiles_x, ty = get_group_id(0) / view.tiles_x;
+    for (uint v = ty > 0 ? ty - 1 : 0; v <= ty; ++v)
+      for (uint u = tx > 0 ? tx - 1 : 0; u <= tx; ++u) tile_near_fins[v * view.tiles_x + u] = 1;
+  }
+}
+
+// Runs `prepare` for each `feature` of the tile, and the body for each run of texels it may reach, with `slot`, `delta_px`, `d` and
+// the mask `inside`.
+#define HS_FOR_FEATURE_TEXELS(tile, prepare, body)                                                   \
+  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                           \
+    HsFeature hs_stored;                                                                             \
+    if (!next_feature(&tile, hs_i, view.tiles_x, refs, rects, features, &hs_stored)) continue;       \
+    const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
+    prepare                                                                                          \
+    HS_FOR_TEXELS(hs_x, hs_y, feature.x0, feature.y0, feature.x1, feature.y1) {                      \
+      const int slot = HS_SLOT(hs_x, hs_y);                                                          \
+      vfloat delta_px, d;                                                                            \
+      const vint inside = near_feature(&feature, hs_x, hs_y, &delta_px, &d);                         \
+      body                                                                                           \
+    }                                                                                                \
+  }
+
+// Runs the body for each texel of the tile, with `slot` and its index `texel` in the map.
+#define HS_FOR_TILE_TEXELS(tile, body)                                                                       \
+  HS_FOR_TEXELS(hs_x, hs_y, 0, 0, tile.x_end - 1, tile.y_end - 1) {                                          \
+    for (int hs_lane = 0; hs_lane < HS_LANES && hs_x + hs_lane < tile.x_end; ++hs_lane) {                    \
+      const int slot = HS_SLOT(hs_x, hs_y) + hs_lane;                                                        \
+      const size_t texel = (size_t)(tile.px.y + hs_y) * view.width_px + tile.px.x + hs_x + hs_lane;          \
+      body                                                                                                   \
+    }                                                                                                        \
+  }
+
+// 1/Lr of what the shadow map holds at the tile's texels: the farthest receiver where it is empty.
+HS_INLINE void load_receivers(const HsView view, const FeatureTile tile, __global const float* shadow_map, float* d_receiver) {
+  for (int i = 0; i < HS_TILE_STORAGE; ++i) d_receiver[i] = view.d_far;
+  HS_FOR_TILE_TEXELS(tile, d_receiver[slot] = fmax(1.0f / shadow_map[texel], view.d_far);)
+}
+
+// ------------------------------------------------------------------------------------------------------------- smoothies
+
+// 1 - b/r at a texel, with b = 1/d the fin's depth and r = 1/d_receiver the receiver's, and alpha' = alpha / (1 - b/r) (Chan & Durand 2003
+// Eq. 1). Both vanish at contact, where the penumbra has no width: a fin texel with b >= r lies behind the surface and is dropped before.
+HS_INLINE vfloat smoothie_alpha(const HsFinShape shape, vfloat distance_px, vfloat d, vfloat d_receiver) {
   const vfloat beyond = d - d_receiver;
   return shape.width_px > 0.0f ? distance_px * d / (shape.width_px * beyond) : distance_px / (shape.radius_px * beyond);
 }
 
+// Chan & Durand 2003 §3 step 4 and §3.1.
 // fin_depth: float a texel: z of the nearest smoothie, HS_EMPTY_Z where there is none.
 // fin_alpha: float a texel: the minimum of alpha' over all smoothies, 1 where there is none.
-// tile_near_fins: uchar a tile: 1 if a 2x2 footprint that begins in the tile can meet a fin texel. Must be 0 before.
-// Tiles without features, and with none beside them, are not written. A texel belongs to one work-item, so minimum and nearest need no atomics; they do not
-// depend on the order of features. A smoothie texel with alpha' >= 1 shadows nothing and is not stored.
+// A smoothie texel with alpha' >= 1 shadows nothing and is not stored.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_fins(
     const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
-    __global const float* shadow_map, __global float* fin_depth, __global float* fin_alpha, __global uchar* tile_near_fins) {
-  const uint tile = get_group_id(0);
-  const bool overflow = bins_overflow(offsets, view.tiles_x * view.tiles_y, capacity);
-  const uint first = overflow ? 0 : offsets[tile], last = overflow ? status->feature_count : offsets[tile + 1];
-  const uint tx = tile % view.tiles_x, ty = tile / view.tiles_x;
-  const bool touched = offsets[tile] != offsets[tile + 1];
-  bool beside = touched;  // a footprint that begins near a fin may reach into this tile
-  for (uint v = ty > 0 ? ty - 1 : 0; v <= min(ty + 1, view.tiles_y - 1); ++v)
-    for (uint u = tx > 0 ? tx - 1 : 0; u <= min(tx + 1, view.tiles_x - 1); ++u)
-      beside |= offsets[v * view.tiles_x + u] != offsets[v * view.tiles_x + u + 1];
-  const int2 tile_px = tile_origin_px(view);
-  const int x_end = min(HS_TILE, (int)view.width_px - tile_px.x), y_end = min(HS_TILE, (int)view.height_px - tile_px.y);
-
-  if (beside) {
-    // Neighbouring features overlap by what rounding could have torn open between them.
-    const float slack_px = 1.0f / 1024.0f;
+    __global const float* shadow_map, __global uchar* tile_near_fins, __global float* fin_depth, __global float* fin_alpha) {
+  const FeatureTile tile = feature_tile(view, 0, 1, status, offsets, capacity);
+  if (tile.written) {
     float d_receiver[HS_TILE_STORAGE], nearest_d[HS_TILE_STORAGE], least_alpha[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) nearest_d[i] = 0.0f;
     for (int i = 0; i < HS_TILE_STORAGE; ++i) least_alpha[i] = 1.0f;
-    HS_FOR_TEXELS(x, y, 0, 0, x_end - 1, y_end - 1) {
-      __global const float* z = shadow_map + (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x;
-      for (int i = 0; i < HS_LANES; ++i)
-        d_receiver[HS_SLOT(x, y) + i] = x + i < x_end ? fmax(1.0f / z[i], view.d_far) : view.d_far;
-    }
+    load_receivers(view, tile, shadow_map, d_receiver);
+    HS_FOR_FEATURE_TEXELS(tile, , {
+      const vfloat d_r = v_load(d_receiver + slot);
+      const vfloat alpha = smoothie_alpha(shape, fmax(delta_px, 0.0f), d, d_r);
+      const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (alpha < 1.0f);
+      v_store(v_select(v_load(nearest_d + slot), fmax(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
+      v_store(v_select(v_load(least_alpha + slot), fmin(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
+    })
+    HS_FOR_TILE_TEXELS(tile, {
+      fin_depth[texel] = nearest_d[slot] > 0.0f ? 1.0f / nearest_d[slot] : HS_EMPTY_Z;
+      fin_alpha[texel] = least_alpha[slot];
+    })
+    flag_near_tiles(view, tile.touched, tile_near_fins);
+  }
+}
 
-    for (uint i = first; i < last; ++i) {
-      if (overflow && !rect_has(rects[i], tile, view.tiles_x)) continue;
-      const HsFeature f = features[overflow ? i : refs[i]];
-      const bool is_edge = f.kind == HS_FEATURE_EDGE;
-      // Everything relative to the tile's first texel centre.
-      const float2 a = (float2)(f.ax, f.ay) - convert_float2(tile_px) - 0.5f;
-      float2 low = a, high = a, t = (float2)(0.0f), h0 = (float2)(f.bx, f.by), h1 = (float2)(f.bd, f.c);
-      float length_px = 0.0f, d_step = 0.0f;
-      const float reach_a = smoothie_reach_px(shape, f.ad, view.d_far);
-      if (is_edge) {
-        const float2 b = (float2)(f.bx, f.by) - convert_float2(tile_px) - 0.5f;
-        length_px = sqrt(dot(b - a, b - a));
-        t = (b - a) / length_px;
-        d_step = (f.bd - f.ad) / length_px;
-        const float2 outward = (float2)(t.y, -t.x);
-        const float2 a_out = a + outward * reach_a, b_out = b + outward * smoothie_reach_px(shape, f.bd, view.d_far);
-        low = fmin(fmin(a, b), fmin(a_out, b_out));
-        high = fmax(fmax(a, b), fmax(a_out, b_out));
-      } else {
-        low = a - reach_a;
-        high = a + reach_a;
-      }
-      const int x0 = max((int)ceil(fmax(low.x, -1.0f)), 0), x1 = min((int)floor(fmin(high.x, (float)HS_TILE)), x_end - 1);
-      const int y0 = max((int)ceil(fmax(low.y, -1.0f)), 0), y1 = min((int)floor(fmin(high.y, (float)HS_TILE)), y_end - 1);
-      HS_FOR_TEXELS(x, y, x0, y0, x1, y1) {
-        const vfloat rx = v_float(x + v_iota) - a.x;
-        const float ry = (float)y - a.y;
-        vfloat distance_px, d;
-        vint inside;
-        if (is_edge) {
-          const vfloat along = rx * t.x + ry * t.y;
-          distance_px = rx * t.y - ry * t.x;
-          d = f.ad + along * d_step;
-          inside = (along >= -slack_px) & (along <= length_px + slack_px) & (distance_px >= -slack_px);
-          distance_px = fmax(distance_px, 0.0f);
-        } else {
-          distance_px = sqrt(rx * rx + ry * ry);
-          d = (vfloat)(f.ad);
-          inside = (rx * h0.x + ry * h0.y >= -slack_px) & (rx * h1.x + ry * h1.y >= -slack_px);
-        }
-        const int slot = HS_SLOT(x, y);
-        const vfloat d_r = v_load(d_receiver + slot);
-        const vfloat alpha = smoothie_alpha(shape, distance_px, d, d_r);
-        const vint shadows = inside & (d > d_r) & (alpha < 1.0f);
-        v_store(v_select(v_load(nearest_d + slot), fmax(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
-        v_store(v_select(v_load(least_alpha + slot), fmin(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
-      }
-    }
+// --------------------------------------------------------------------------------------------------------- penumbra maps
 
-    HS_FOR_TEXELS(x, y, 0, 0, x_end - 1, y_end - 1) {
-      const size_t out = (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x;
-      for (int i = 0; i < HS_LANES && x + i < x_end; ++i) {
-        const float d = nearest_d[HS_SLOT(x, y) + i];
-        fin_depth[out + i] = d > 0.0f ? 1.0f / d : HS_EMPTY_Z;
-        fin_alpha[out + i] = least_alpha[HS_SLOT(x, y) + i];
-      }
+// Wyman & Hansen 2003 §2.1. At distance delta from a silhouette point of depth Zv, its cone (or the sheet between cones) lies at depth
+// Z_F with 1/Z_F = 1/Zv - delta/R: nothing need be tessellated. Behind the shadow map's surface Z_P it is discarded, else
+// I = (Z_F - Zv) / (Z_P - Zv) (Eq. 1). At contact, Z_P <= Zv, the cone lies behind the surface.
+// penumbra_map: float a texel: the darkest falloff(I), 1 where there is none.
+__kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_penumbra_map(
+    const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
+    __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
+    __global const float* shadow_map, __global uchar* tile_near_fins, __global float* penumbra_map, const uint falloff) {
+  const FeatureTile tile = feature_tile(view, 0, 1, status, offsets, capacity);
+  if (tile.written) {
+    float d_receiver[HS_TILE_STORAGE], darkest[HS_TILE_STORAGE];
+    for (int i = 0; i < HS_TILE_STORAGE; ++i) darkest[i] = 1.0f;
+    load_receivers(view, tile, shadow_map, d_receiver);
+    const float inverse_radius = 1.0f / shape.radius_px;
+    HS_FOR_FEATURE_TEXELS(tile, , {
+      const vfloat d_r = v_load(d_receiver + slot);
+      const vfloat d_f = d - fmax(delta_px, 0.0f) * inverse_radius;
+      const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (d_f > d_r);
+      // (1/d_f - 1/d) / (1/d_r - 1/d) over one denominator.
+      const vfloat intensity = (d - d_f) * d_r / ((d - d_r) * d_f);
+      v_store(v_select(v_load(darkest + slot), fmin(v_load(darkest + slot), intensity), shadows), darkest + slot);
+    })
+    // Falloffs rise, so the darkest stays the darkest.
+    HS_FOR_TEXELS(x, y, 0, 0, tile.x_end - 1, tile.y_end - 1) {
+      float* i = darkest + HS_SLOT(x, y);
+      v_store(falloff_of(v_load(i), falloff), i);
     }
-    if (touched && get_local_id(0) == 0) {
-      // Footprints that begin in the last row or column of the tiles before reach into this one.
-      for (uint v = ty > 0 ? ty - 1 : 0; v <= ty; ++v)
-        for (uint u = tx > 0 ? tx - 1 : 0; u <= tx; ++u) tile_near_fins[v * view.tiles_x + u] = 1;
-    }
+    HS_FOR_TILE_TEXELS(tile, penumbra_map[texel] = darkest[slot];)
+    flag_near_tiles(view, tile.touched, tile_near_fins);
+  }
+}
+
+// ----------------------------------------------------------------------------------------------------------- shadow fins
+
+#define HS_EDGE_PX 1.0f
+
+// Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin, so
+// that the order of features does not matter.
+HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, float* kept_s, float* kept_d) {
+  const vfloat old_s = v_load(kept_s), old_d = v_load(kept_d);
+  const vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
+  v_store(v_select(old_s, s, wins), kept_s);
+  v_store(v_select(old_d, d, wins), kept_d);
+}
+
+// The depths at which the caster of a fin may stand: what an inner fin brightens may be shadowed by its own caster alone.
+HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, const TileFeature* f, __global const float* caster_range) {
+  const float depth = caster_depth(view, shape, f->d_low);
+  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth), last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
+  return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
+}
+
+// Cai et al. 2006 §3.1 and §3.3: fins to either side of the silhouette, sized for the reference plane L0, the light's far plane (Eq. 3),
+// with the weight s0 = (1 - t) / 2 (Eq. 1) and beside it the fin's depth.
+// fins: float4 a texel: inner weight, inner 1/Lb, outer weight, outer 1/Lb; 1/Lb is 0 where there is none. A fin's own side begins
+// HS_EDGE_PX before the silhouette, there with weight 1/2: which side a texel is on the shadow map decides, and where outlines fold
+// it need not agree with a single edge.
+// other_casters: uint a texel: depths with a caster that no inner fin belongs to; only for more than one layer.
+__kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_shadow_fins(
+    const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
+    __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
+    __global const float* shadow_map, __global uchar* tile_near_fins, __global float4* fins, const HsLayer layer,
+    __global const float* caster_range, __global uint* other_casters) {
+  const FeatureTile tile = feature_tile(view, layer.index, layer.count, status, offsets, capacity);
+  if (tile.written) {
+    float inner_s[HS_TILE_STORAGE], inner_d[HS_TILE_STORAGE], outer_s[HS_TILE_STORAGE], outer_d[HS_TILE_STORAGE];
+    float d_receiver[HS_TILE_STORAGE];
+    int own_casters[HS_TILE_STORAGE];
+    for (int i = 0; i < HS_TILE_STORAGE; ++i) inner_s[i] = outer_s[i] = inner_d[i] = outer_d[i] = d_receiver[i] = 0.0f;
+    for (int i = 0; i < HS_TILE_STORAGE; ++i) own_casters[i] = 0;
+    // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers it
+    // counts for what lies deeper, unless the surface is its own caster's.
+    if (!layer.faithful) load_receivers(view, tile, shadow_map, d_receiver);
+    HS_FOR_FEATURE_TEXELS(
+        tile, const float own_depth = layer.count > 1 ? caster_depth(view, shape, feature.d_low) : INFINITY;
+        const int casters = layer.count > 1 ? (int)caster_bits(view, shape, &feature, caster_range) : 0;, {
+          const vfloat s = 0.5f - 0.5f * fabs(delta_px) / (shape.radius_px * (d - view.d_far));
+          const vint in_fin = inside & (s > 0.0f) & (d > view.d_far);
+          const vint is_inner = in_fin & (delta_px < HS_EDGE_PX);
+          const vint is_outer = in_fin & (delta_px > -HS_EDGE_PX);
+          const vfloat d_r = v_load(d_receiver + slot);
+          const vint matters = (d > d_r) | (1.0f / d - 1.0f / d_r > own_depth);
+          keep_fin(is_inner, !layer.faithful, v_select(s, (vfloat)(0.5f), delta_px >= 0.0f), d, inner_s + slot, inner_d + slot);
+          keep_fin(is_outer & matters, true, v_select(s, (vfloat)(0.5f), delta_px <= 0.0f), d, outer_s + slot, outer_d + slot);
+          if (casters != 0) v_store(v_load(own_casters + slot) | v_select((vint)(0), (vint)(casters), is_inner), own_casters + slot);
+        })
+    HS_FOR_TILE_TEXELS(tile, {
+      fins[texel] = (float4)(inner_s[slot], inner_d[slot], outer_s[slot], outer_d[slot]);
+      if (own_casters[slot] != 0) other_casters[texel] &= ~(uint)own_casters[slot];
+    })
+    if (layer.count == 1) flag_near_tiles(view, tile.touched, tile_near_fins);
   }
 }

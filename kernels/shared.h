@@ -62,22 +62,27 @@ typedef struct {
 
 // A silhouette edge's quad or a corner's sector, in the light map's texels (y down).
 //   edge:   from a to b; the outward normal is (t.y, -t.x) with t = (b - a)/|b - a|
-//   corner: about a; covers r = p - a with r.h0 >= 0 and r.h1 >= 0, h0 = (b.x, b.y), h1 = (b.d, c)
+//   corner: about a; covers r = p - a with r.h0 >= 0 and r.h1 >= 0, h0 = (b.x, b.y), h1 = (b.d, c); an inner one lies on the
+//           covered side, and belongs to inner fins alone
+// layer is 0 unless fins are drawn in layers.
 // d is 1/z, linear along a projected edge.
 typedef struct {
   float ax, ay, ad;
   float bx, by, bd;
   float c;
-  hs_uint kind;
+  hs_uint kind_and_layer;  // kind | layer << HS_FEATURE_KIND_BITS
 } HsFeature;
+#define HS_FEATURE_KIND_BITS 2
 #define HS_FEATURE_EDGE 0u
 #define HS_FEATURE_CORNER 1u
+#define HS_FEATURE_INNER_CORNER 2u
 
-// How wide a smoothie is, in texels: R/Lb (auto: radius_px > 0) or the fixed t (width_px > 0).
+// How wide features are, in texels: from the radius (radius_px > 0), or smoothies of a fixed t (width_px > 0).
 typedef struct {
   float radius_px;  // light radius R in light map texels at unit distance
   float width_px;   // 0 where the width follows from the radius
-  float padding0, padding1;
+  hs_uint two_sided;  // 1: inner fins too
+  hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
 } HsFinShape;
 
 // A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is
@@ -103,6 +108,19 @@ typedef struct {
 
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
 #define HS_NEAR_PX 2.25f
+
+// Layers of fins, parallel to the light's plane (Cai et al. 2006 §4.1): merged from equally deep sub-layers. Where casters stand
+// is kept as bits: the last for what lies beyond all silhouettes, the others for equal parts of the depth that holds these.
+#define HS_SUBLAYERS 1024
+#define HS_CASTER_BITS 32
+#define HS_MAX_LAYERS 1024
+
+// One layer's turn. `index` of `count`; `faithful` combines overlapping fins as published.
+typedef struct {
+  hs_uint index, count;
+  hs_uint faithful;
+  hs_uint padding;
+} HsLayer;
 
 // From where in the penumbra to visibility; the values of Falloff in halfshade.hpp.
 #define HS_FALLOFF_LINEAR 0u

@@ -841,7 +841,7 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
 // Turns light-plane coordinates to a pixel's own axes: by minus the angle that its samples are turned by, the same as rays use
 // (host/light_samples.hpp).
 HS_INLINE float2 rotation_of(uint pixel) {
-  uint h = pixel * 747796405u + 2891336453u;
+  uint h = (pixel ^ 0x7bb2fe2u) * 747796405u + 2891336453u;  // the hash of seed 0, and of that with the pixel
   h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
   h = (h >> 22u) ^ h;
   const float angle = ((float)h + 0.5f) * (6.28318531f / 4294967296.0f);

@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -117,7 +119,7 @@ class Cli : public testing::Test {
 // ------------------------------------------------------------------------------------------------------------- what it says
 
 TEST_F(Cli, HelpFitsAScreenAndShowsExamples) {
-  for (const std::string command : {"", "render", "bench", "inspect", "devices", "methods"}) {
+  for (const std::string command : {"", "render", "bench", "compare", "report", "inspect", "devices", "methods"}) {
     const Result result = command.empty() ? run({"--help"}) : run({command, "--help"});
     SCOPED_TRACE(command);
     EXPECT_EQ(result.code, 0);
@@ -363,6 +365,99 @@ TEST_F(Cli, AStoppedRenderLeavesWholeFramesOnly) {
     EXPECT_TRUE(file.ends_with(".exr")) << file;
     EXPECT_NO_THROW(read_exr(folder_ / "out" / file)) << file;
   }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- compare
+
+/// A 4x3 picture with positions and normals of the ground y = 0, of which the last row sees nothing.
+Frame ground_frame() {
+  Frame frame;
+  frame.resolution = {4, 3};
+  for (int i = 0; i < 12; ++i) {
+    const bool seen = i < 8;
+    frame.rgb.emplace_back(0.5f);
+    frame.position_ws.emplace_back(seen ? glm::vec4(i % 4 * 0.1f, 0, i / 4 * 0.1f, 1) : glm::vec4(0));
+    frame.normal_ws.emplace_back(seen ? glm::vec4(0, 1, 0, 0) : glm::vec4(0));
+    frame.depth.push_back(seen ? 5.0f : 0.0f);
+  }
+  frame.visibility = {std::vector<float>(12, 0.5f)};
+  return frame;
+}
+
+const std::string ground_light = R"({"position":[0,5,0],"target":[0,0,0],"radius":0.1,"cone_deg":60})";
+
+TEST_F(Cli, CompareFindsAPlantedDifferenceAndFailsBeyondTheLimit) {
+  const std::vector<std::string> lights{"key"};
+  Frame frame = ground_frame();
+  write_frame_exr(folder_ / "b.exr", frame, lights, false, {{"light.key", ground_light}});
+  frame.visibility[0][5] = 0.9f;
+  frame.visibility[0][11] = 0.0f;  // sees nothing: does not count
+  write_frame_exr(folder_ / "a.exr", frame, lights, false, {});
+
+  const Result same = run({"compare", "b.exr", "b.exr", "--fail-rmse", "0"});
+  EXPECT_EQ(same.code, 0) << same.err;
+  const Result json = run({"compare", "a.exr", "b.exr", "--json"});
+  ASSERT_EQ(json.code, 0) << json.err;
+  const nlohmann::json figures = nlohmann::json::parse(json.out).at(0);
+  EXPECT_EQ(figures.at("channel"), "shadow_key.Y");
+  EXPECT_EQ(figures.at("counted_pixels"), 8);
+  EXPECT_NEAR(figures.at("rmse").get<double>(), 0.4 / std::sqrt(8.0), 1e-6);
+  EXPECT_NEAR(figures.at("bias").get<double>(), 0.05, 1e-6);
+  EXPECT_EQ(run({"compare", "a.exr", "b.exr", "--fail-rmse", "0.142"}).code, 0);
+  expect_failure({"compare", "a.exr", "b.exr", "--channel", "R", "--fail-rmse", "nan"}, {"--fail-rmse", "nan"});
+  const Result beyond = run({"compare", "a.exr", "b.exr", "--fail-rmse", "0.141"});
+  EXPECT_EQ(beyond.code, 1);
+  EXPECT_TRUE(has(beyond.err, "0.141")) << beyond.err;
+  EXPECT_TRUE(has(beyond.out, "penumbra_rmse"));
+}
+
+TEST_F(Cli, CompareCountsAllPixelsOfPicturesThatDoNotTell) {
+  Frame frame = ground_frame();
+  const std::vector<std::string> lights{"key"};
+  write_frame_exr(folder_ / "b.exr", frame, lights, false, {});
+  frame.visibility[0][11] = 0.0f;
+  write_frame_exr(folder_ / "a.exr", frame, lights, false, {});
+  const Result result = run({"compare", "a.exr", "b.exr", "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at(0).at("counted_pixels"), 12);
+  EXPECT_EQ(nlohmann::json::parse(result.out).at(0).at("max_error"), 0.5);
+}
+
+TEST_F(Cli, CompareDoesNotPassWhatIsNotANumber) {
+  Frame frame = ground_frame();
+  const std::vector<std::string> lights{"key"};
+  write_frame_exr(folder_ / "b.exr", frame, lights, false, {});
+  frame.visibility[0][2] = std::numeric_limits<float>::quiet_NaN();
+  write_frame_exr(folder_ / "a.exr", frame, lights, false, {});
+  const Result result = run({"compare", "a.exr", "b.exr", "--fail-rmse", "1"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_TRUE(has(result.err, "not finite")) << result.err;
+  expect_failure({"compare", "b.exr", "a.exr"}, {"a.exr", "shadow_key.Y", "nan", "2, 0"});
+}
+
+TEST_F(Cli, CompareSaysWhatIsWrongWithItsFiles) {
+  Frame frame = ground_frame();
+  const std::vector<std::string> lights{"key"};
+  write_frame_exr(folder_ / "b.exr", frame, lights, false, {{"light.key", "{}"}});
+  write_frame_exr(folder_ / "c.exr", frame, {}, false, {});
+  frame.resolution = {3, 4};
+  write_frame_exr(folder_ / "a.exr", frame, lights, false, {});
+  fs::copy_file(folder_ / "a.exr", folder_ / "cut.exr");
+  fs::resize_file(folder_ / "cut.exr", fs::file_size(folder_ / "cut.exr") - 100);
+  expect_failure({"compare", "none.exr", "b.exr"}, {"none.exr", "no such file"});
+  expect_failure({"compare", "cut.exr", "a.exr"}, {"cut.exr", "whole EXR"});
+  expect_failure({"compare", "a.exr", "b.exr"}, {"a.exr", "4x3", "3x4"});
+  expect_failure({"compare", "b.exr", "c.exr"}, {"c.exr", "shadow_<light>.Y", "--channel"});
+  expect_failure({"compare", "c.exr", "b.exr"}, {"c.exr", "shadow_key.Y", "depth.Z"});
+  expect_failure({"compare", "b.exr", "b.exr"}, {"b.exr", "light.key", "{}"});
+  expect_failure({"compare", "a.exr"}, {"B", "compare --help"});
+}
+
+TEST_F(Cli, RenderedFramesTellCompareWhichPixelsCount) {
+  ASSERT_EQ(run({"render", scene(), "-m", "hard,pcf", "-q"}).code, 0);
+  const Result result = run({"compare", "out/scene.pcf.0001.exr", "out/scene.hard.0001.exr"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(has(result.out, "pixels facing light 'key'")) << result.out;
 }
 
 }  // namespace

@@ -10,10 +10,10 @@ namespace {
 using Features = KernelTest;
 
 constexpr HsFinShape radius_of(float px) {
-  return {px, 0.0f, 0.0f, 0.0f};
+  return {px, 0.0f, 0, 0};
 }
 constexpr HsFinShape width_of(float px) {
-  return {0.0f, px, 0.0f, 0.0f};
+  return {0.0f, px, 0, 0};
 }
 
 struct Built {
@@ -27,7 +27,7 @@ Built build(const KernelRunner& runner, const HsView& view, const Mesh& mesh, co
   const auto list = passes.build_features(shape);
   Built built;
   for (std::size_t i = 0; i < list.features.size(); ++i) {
-    const bool edge = list.features[i].kind == HS_FEATURE_EDGE;
+    const bool edge = list.features[i].kind_and_layer == HS_FEATURE_EDGE;
     (edge ? built.edges : built.corners).push_back(list.features[i]);
     (edge ? built.edge_rects : built.corner_rects).push_back(list.rects[i]);
   }

@@ -98,7 +98,7 @@ TEST(Rays, AgreeWithAHalfPlaneInClosedForm) {
   std::vector<glm::dvec3> points;
   for (double x = -1.2; x <= 1.2; x += 0.05) points.emplace_back(x, 0.0, 0.3);
   const std::vector<float> seen = visibility_at(scene, light, points, {.samples = 1024});
-  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(seen[i], disc_beyond(-points[i].x), 0.006) << points[i].x;
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(seen[i], disc_beyond(-points[i].x), 0.012) << points[i].x;
 }
 
 TEST(Rays, AgreeWithADiscOverAPlaneInClosedForm) {
@@ -119,7 +119,7 @@ TEST(Rays, AgreeWithADiscOverAPlaneInClosedForm) {
     // From x, the disc's centre is seen at -x above the ground's middle, that is at 2·0 - x from the light's centre.
     const double apart = std::min(std::abs(points[i].x), 2.0);
     const double lens = 2 * std::acos(apart / 2) - apart / 2 * std::sqrt(4 - apart * apart);
-    EXPECT_NEAR(seen[i], 1 - lens / pi, 0.006) << points[i].x;
+    EXPECT_NEAR(seen[i], 1 - lens / pi, 0.012) << points[i].x;
   }
 }
 
@@ -164,6 +164,25 @@ TEST(Rays, TraceMoreOnlyWhereTheFirstDisagree) {
   // 80 samples, not 16 nor 64
   EXPECT_NEAR(seen[1] * 80, std::round(seen[1] * 80), 1e-4);
   EXPECT_GT(std::abs(seen[1] * 16 - std::round(seen[1] * 16)), 1e-3);
+}
+
+TEST(Rays, OfAnotherSeedHaveOtherNoise) {
+  // A plane of noise is compared with the truth: were they alike, it would look better than it is.
+  EXPECT_NE(disc_samples(64, 1), disc_samples(64, 2));
+  Scene scene;
+  scene.meshes.push_back(sheet(-100, 0, -100, 100, 5));
+  std::vector<glm::dvec3> points;
+  for (double x = -0.95; x <= 0.95; x += 0.01) points.emplace_back(x, 0.0, 0.0);
+  const std::vector<float> a = visibility_at(scene, light_above(1.0), points, {.samples = 16, .seed = 1});
+  const std::vector<float> b = visibility_at(scene, light_above(1.0), points, {.samples = 16, .seed = 2});
+  double together = 0, alone_a = 0, alone_b = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double truth = disc_beyond(-points[i].x);
+    together += (a[i] - truth) * (b[i] - truth);
+    alone_a += (a[i] - truth) * (a[i] - truth);
+    alone_b += (b[i] - truth) * (b[i] - truth);
+  }
+  EXPECT_LT(std::abs(together) / std::sqrt(alone_a * alone_b), 0.3);
 }
 
 /// Points of a grid on the ground and on the mesh's upper faces, all of them receivers.

@@ -17,8 +17,9 @@ using Shared = KernelTest;
   M(HsView, znear) M(HsView, d_far) M(HsView, width_px) M(HsView, height_px) M(HsView, tiles_x) M(HsView, tiles_y) \
   M(HsView, mid_x_px) M(HsView, mid_y_px) \
   S(HsFeature) M(HsFeature, ax) M(HsFeature, ay) M(HsFeature, ad) M(HsFeature, bx) M(HsFeature, by) M(HsFeature, bd) \
-  M(HsFeature, c) M(HsFeature, kind) \
-  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, padding0) M(HsFinShape, padding1) \
+  M(HsFeature, c) M(HsFeature, kind_and_layer) \
+  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) \
+  S(HsLayer) M(HsLayer, index) M(HsLayer, count) M(HsLayer, faithful) M(HsLayer, padding) \
   S(HsStatus) M(HsStatus, silhouette_count) M(HsStatus, feature_count) M(HsStatus, dropped_triangle_count) M(HsStatus, negative_count) \
   S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
   M(HsReceiverView, from_world_x) M(HsReceiverView, from_world_y) M(HsReceiverView, from_world_z) M(HsReceiverView, width_px) \
@@ -69,7 +70,7 @@ TEST_F(Shared, EveryStructIsAsked) {
 TEST_F(Shared, AValueWrittenByTheHostIsReadByTheDevice) {
   const cl::Program program = runner_.program_with(R"(
     __kernel void read(const HsView view, __global const HsFeature* features, __global float* out) {
-      out[0] = view.px_from_q.w; out[1] = view.d_far; out[2] = (float)view.mid_y_px; out[3] = features[1].c; out[4] = (float)features[1].kind;
+      out[0] = view.px_from_q.w; out[1] = view.d_far; out[2] = (float)view.mid_y_px; out[3] = features[1].c; out[4] = (float)features[1].kind_and_layer;
     })");
   HsView view{};
   view.px_from_q.s[3] = 1.5f;

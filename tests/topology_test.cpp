@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <random>
 #include <set>
@@ -157,6 +158,72 @@ TEST(Topology, EdgesDoNotDependOnTheOrderOfTriangles) {
   const Topology after = build_topology(mesh);
   EXPECT_EQ(after.edges, before.edges);
   EXPECT_EQ(after.vertex_edges, before.vertex_edges);
+}
+
+/// A box about `centre`, counter-clockwise seen from outside, or turned inside out.
+void add_box(Mesh& mesh, glm::vec3 centre, float size, bool inwards = false) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (int i = 0; i < 8; ++i) mesh.positions.push_back(centre + size * glm::vec3(i & 1, i >> 1 & 1, i >> 2 & 1));
+  for (glm::uvec3 t : {glm::uvec3(0, 2, 1), glm::uvec3(1, 2, 3), glm::uvec3(4, 5, 6), glm::uvec3(5, 7, 6), glm::uvec3(0, 1, 4),
+                       glm::uvec3(1, 5, 4), glm::uvec3(2, 6, 3), glm::uvec3(3, 6, 7), glm::uvec3(0, 4, 2), glm::uvec3(2, 4, 6),
+                       glm::uvec3(1, 3, 5), glm::uvec3(3, 7, 5)}) {
+    if (inwards) std::swap(t.y, t.z);
+    mesh.triangles.push_back(t + first);
+  }
+}
+
+int orientation(const Mesh& mesh) {
+  return halfshade::solid_orientation(mesh, build_topology(mesh));
+}
+
+TEST(Topology, SolidsAreTurnedOutwardsOrInwards) {
+  Mesh mesh;
+  add_box(mesh, {5, -3, 2}, 1);
+  EXPECT_EQ(orientation(mesh), 1);
+  add_box(mesh, {-9, 0, 0}, 0.25f);
+  EXPECT_EQ(orientation(mesh), 1) << "two apart";
+  Mesh reversed;
+  add_box(reversed, {5, -3, 2}, 1, true);
+  EXPECT_EQ(orientation(reversed), -1);
+}
+
+TEST(Topology, WhatIsNoSolidHasNoOrientation) {
+  Mesh mesh;
+  add_box(mesh, {0, 0, 0}, 1);
+  Mesh open = mesh;
+  open.triangles.pop_back();
+  EXPECT_EQ(orientation(open), 0);
+  Mesh mixed = mesh;
+  std::swap(mixed.triangles[3].x, mixed.triangles[3].y);
+  EXPECT_EQ(orientation(mixed), 0);
+  Mesh disagreeing = mesh;
+  add_box(disagreeing, {3, 0, 0}, 1, true);
+  EXPECT_EQ(orientation(disagreeing), 0);
+  Mesh doubled = mesh;  // every face twice
+  doubled.triangles.insert(doubled.triangles.end(), mesh.triangles.begin(), mesh.triangles.end());
+  EXPECT_EQ(orientation(doubled), 0);
+}
+
+TEST(Topology, SpatialOrderKeepsEveryTriangleAndItsWinding) {
+  std::mt19937 random(20);
+  Mesh mesh;
+  for (int i = 0; i < 40; ++i) add_box(mesh, {random() % 100, random() % 100, random() % 100}, 1);
+  std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
+  const Mesh ordered = halfshade::in_spatial_order(mesh);
+  const auto corners = [](const Mesh& m) {
+    std::multiset<std::vector<float>> all;
+    for (const glm::uvec3& t : m.triangles) {
+      std::array<std::vector<float>, 3> p;
+      for (int k = 0; k < 3; ++k) p[k] = {m.positions[t[k]].x, m.positions[t[k]].y, m.positions[t[k]].z};
+      std::rotate(p.begin(), std::min_element(p.begin(), p.end()), p.end());  // wherever the list begins
+      std::vector<float> flat;
+      for (const auto& q : p) flat.insert(flat.end(), q.begin(), q.end());
+      all.insert(flat);
+    }
+    return all;
+  };
+  EXPECT_EQ(ordered.positions.size(), mesh.positions.size());
+  EXPECT_EQ(corners(ordered), corners(mesh));
 }
 
 }  // namespace

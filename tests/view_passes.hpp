@@ -12,8 +12,7 @@ enum class Room { enough, none };
 class ViewPasses {
  public:
   ViewPasses(const KernelRunner& runner, const HsView& view, const Mesh& mesh, const glm::dmat4& view_from_mesh = glm::dmat4(1.0),
-             Room room = Room::enough,
-             cl_uint cull = HS_CULL_NONE)
+             Room room = Room::enough, cl_uint cull = HS_CULL_NONE)
       : runner_(runner),
         view_(view),
         mesh_(mesh),
@@ -106,10 +105,11 @@ class ViewPasses {
     feature_rects_ = runner_.filled(most, cl_ushort4{});
     feature_counts_ = runner_.filled(tile_count(), cl_uint{0});
     const auto strided = cl::NDRange(64 * 256);
-    runner_.run("build_features", strided, cl::NDRange(64), view_, shape, silhouettes, runner_.buffer(topology_.edges),
-                edge_face_offsets_, edge_faces_, triangle_corners, runner_.buffer(topology_.vertex_edge_offset),
-                runner_.buffer(topology_.vertex_edges), multiplicities, vertices_vs, vertices_px, features_, feature_rects_,
-                feature_counts_, status);
+    const cl::Buffer nothing = runner_.filled(1, cl_uint{0});
+    runner_.run("build_features", strided, cl::NDRange(64), view_, shape, cl_uint{1}, nothing, silhouettes,
+                runner_.buffer(topology_.edges), edge_face_offsets_, edge_faces_, triangle_corners,
+                runner_.buffer(topology_.vertex_edge_offset), runner_.buffer(topology_.vertex_edges), multiplicities, vertices_vs,
+                vertices_px, shadow_map_() ? shadow_map_ : nothing, features_, feature_rects_, feature_counts_, status);
     const std::size_t count = read_status().feature_count;
     return {runner_.read<HsFeature>(features_, count), runner_.read<cl_ushort4>(feature_rects_, count)};
   }
@@ -124,12 +124,12 @@ class ViewPasses {
     const cl::Buffer fin_offsets = runner_.filled(tile_count() + 1, cl_uint{0});
     const cl::Buffer fin_refs = runner_.filled(std::max(1u, capacity_), ~cl_uint{0});
     scan(feature_counts_, fin_offsets);
-    runner_.run("fill_features", cl::NDRange(64 * 256), cl::NDRange(64), view_, status, feature_rects_, feature_counts_, fin_refs,
-                capacity_);
+    runner_.run("fill_features", cl::NDRange(64 * 256), cl::NDRange(64), view_, status, features_, feature_rects_,
+                feature_counts_, fin_refs, capacity_);
     const cl::Buffer depth = runner_.filled(texel_count(), -1.0f), alpha = runner_.filled(texel_count(), -1.0f),
                      near = runner_.filled(tile_count(), cl_uchar{0});
     runner_.run_tiles("raster_fins", view_, view_, shape, status, feature_rects_, fin_offsets, fin_refs, capacity_, features_,
-                      shadow_map_, depth, alpha, near);
+                      shadow_map_, near, depth, alpha);
     FinPlanes planes{runner_.read<float>(depth, texel_count()),
                      runner_.read<float>(alpha, texel_count()),
                      runner_.read<cl_uchar>(near, tile_count()),

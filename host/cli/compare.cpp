@@ -201,8 +201,8 @@ void add_compare(CLI::App& program) {
       ->option_text("X");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
-      "Counts pixels that face the light, where a picture holds P, N and the light (as those of 'render' do), otherwise\n"
-      "all. The penumbra is where B is between 0.002 and 0.998.\n\n"
+      "Counts pixels that face the light, where a picture holds P, N and the light (as those of 'render' do),\n"
+      "otherwise all. The penumbra is where B is between 0.002 and 0.998.\n\n"
       "Examples:\n"
       "  halfshade compare out/boxes.smoothies.0001.exr out/boxes.pcf.0001.exr\n"
       "  halfshade compare mine.exr reference.exr --channel shadow_key.Y --fail-rmse 0.01\n");

@@ -11,13 +11,11 @@
 namespace halfshade {
 namespace {
 
+constexpr long largest_layer_count = 1024;
+
 bool heeds(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
   return std::find(options.begin(), options.end(), option) != options.end();
-}
-
-const MethodInfo& info_of(Method method) {
-  return *std::find_if(methods().begin(), methods().end(), [&](const MethodInfo& info) { return info.method == method; });
 }
 
 std::vector<Method> chosen_methods(const std::vector<std::string>& names) {
@@ -86,9 +84,11 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
       ->option_text("2|4");
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
+  command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
   command
-      .add_option("--falloff", falloff, fmt::format("linear, bernstein, sine or disc (default: {})", name_of(defaults.falloff)))
-      ->option_text("F");
+      .add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024, or from the scene (default: {})", defaults.layers))
+      ->option_text("N|auto");
+  command.add_flag("--faithful", faithful, "As published, without this program's improvements");
   command.add_option("--samples", samples, fmt::format("exact: points of the light (default: {})", defaults.samples))
       ->option_text("16|64|256|1024");
   command
@@ -107,6 +107,8 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
                                      {"pcf-filter", pcf_filter},
                                      {"smoothie-width", smoothie_width},
                                      {"falloff", falloff},
+                                     {"layers", layers},
+                                     {"faithful", faithful ? "yes" : ""},
                                      {"samples", samples},
                                      {"sample-pattern", sample_pattern},
                                      {"alias-free", alias_free ? "on" : ""}}) {
@@ -133,6 +135,10 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
+  if (!layers.empty()) {
+    settings.layers = layers == "auto" ? 0 : static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
+  }
+  settings.faithful = faithful;
 
   if (!samples.empty()) {
     settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 16, 1024));
@@ -177,7 +183,9 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     const bool automatic = settings.smoothie_width == 0;
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
-  if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(settings.falloff)));
+  if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
+  if (heeds(info, "layers")) entries.emplace_back("layers", settings.layers == 0 ? "auto" : fmt::format("{}", settings.layers));
+  if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
   if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
   if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
   if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");

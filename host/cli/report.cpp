@@ -444,8 +444,8 @@ void add_report(CLI::App& program) {
   command->add_option("--threads", arguments->threads, "Threads of a CPU device and of rays, 0 for all (default: 0)")
       ->option_text("N");
   command->footer(
-      "Writes DIR/report.json, report.csv and index.html, a page that needs nothing else. Interrupted, it goes on where\n"
-      "it was when called again. Times are whole paths from meshes and G-buffer on the device to the finished plane.\n\n"
+      "Writes DIR/report.json, report.csv and index.html, a page that needs nothing else. Interrupted, it goes\n"
+      "on where it was when called again. Times are whole paths, meshes and G-buffer being on the device.\n\n"
       "Examples:\n"
       "  halfshade report data/scenes/primitives.json --quick\n"
       "  halfshade report data/scenes/*.json -o out/all\n"

@@ -185,7 +185,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies, exact };
+enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, exact };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -207,6 +207,8 @@ struct MethodInfo {
   std::string_view summary;  ///< one line
   std::string_view source;   ///< citation
   std::string_view options;  ///< names of the settings it heeds, separated by spaces
+  Falloff falloff;           ///< by default, for methods that heed it: the one with the least error
+  Falloff faithful_falloff;  ///< the one of its paper
 };
 
 /// Every method, in the order of the report.
@@ -218,17 +220,23 @@ std::string_view name_of(Method method);
 SamplePattern sample_pattern_from_name(std::string_view name);
 std::string_view name_of(Falloff falloff);
 std::string_view name_of(SamplePattern pattern);
+const MethodInfo& info_of(Method method);
 
 struct Settings {
   Method method = Method::smoothies;
   unsigned light_resolution_px = 1024;  ///< upper bound of the light map's sides; it is fitted to what casts and receives
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
-  Falloff falloff = Falloff::sine;  ///< methods with a penumbra
+  std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
+  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024; 0: from the scene
+  bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
   unsigned samples = 256;           ///< points of the light: 16, 64, 256 or 1024 (method exact)
   SamplePattern sample_pattern = SamplePattern::fixed;
   bool alias_free = false;  ///< decide every pixel by geometry, those far from any penumbra too (method exact)
 };
+
+/// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
+Falloff chosen_falloff(const Settings& settings);
 
 // ------------------------------------------------------------------------------------------------------------- renderer
 

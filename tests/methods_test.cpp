@@ -1,0 +1,201 @@
+// The penumbra methods against what is known exactly: a straight edge across a disc, a light without extent, one caster beneath
+// another, a light wider than its caster.
+#include <cmath>
+#include <numbers>
+
+#include "kernel_fixture.hpp"
+#include "scenes.hpp"
+#include "temp_folder.hpp"
+
+namespace halfshade {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Methods : public testing::Test {
+ protected:
+  static Frame draw(const Scene& scene, const Settings& settings) {
+    Renderer renderer(test_device());
+    renderer.set_scene(scene);
+    renderer.render(settings);
+    return renderer.read_frame();
+  }
+
+  static Scene data_scene(const char* name, unsigned resolution_px) {
+    Scene scene = load_scene(fs::path(HALFSHADE_DATA_DIR) / "scenes" / (std::string(name) + ".json"));
+    scene.camera.resolution = glm::uvec2(resolution_px);
+    return scene;
+  }
+
+  Watchdog watchdog_;
+};
+
+constexpr double light_y = 6.0, plate_y = 2.0, radius = 0.8;
+
+/// A plate over x < 0 with its edge below the light, the floor beneath, both parallel to the light's plane; the camera between
+/// them. The penumbra is over 100 texels wide.
+Scene straight_edge() {
+  Scene scene;
+  scene.name = "straight-edge";
+  scene.meshes = {placed("floor", ground_mesh(), {0, 0, 0}, glm::dvec3(40)),
+                  placed("plate", ground_mesh(), {-10, plate_y, 0}, glm::dvec3(20))};
+  scene.camera = {.position = {0, 1.5, 0}, .target = {0, 0, 0}, .up = {0, 0, 1}, .yfov_deg = 20, .resolution = {256, 64}};
+  scene.lights = {{.name = "key", .position = {0, light_y, 0}, .target = {0, 0, 0}, .up = {}, .radius = radius, .cone_deg = 60}};
+  return scene;
+}
+
+/// u = delta / w for a floor point, with delta = x / Lr and w = R (1/Lb - 1/Lr).
+double u_of(const glm::vec4& position_ws) {
+  return position_ws.x / light_y / (radius * (1 / (light_y - plate_y) - 1 / light_y));
+}
+
+TEST_F(Methods, FinsFollowTheDiscAcrossAStraightEdge) {
+  for (const Method method : {Method::fins, Method::layered_fins}) {
+    SCOPED_TRACE(name_of(method));
+    const Frame frame = draw(straight_edge(), {.method = method, .falloff = Falloff::disc});
+    double worst = 0.0, low = 1.0, high = 0.0;
+    for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+      const double u = std::clamp(u_of(frame.position_ws[i]), -1.0, 1.0);
+      const double exact = 0.5 + (std::asin(u) + u * std::sqrt(1 - u * u)) / std::numbers::pi;
+      worst = std::max(worst, std::abs(frame.visibility[0][i] - exact));
+      low = std::min(low, exact);
+      high = std::max(high, exact);
+    }
+    EXPECT_LE(worst, 0.02);
+    EXPECT_EQ(low, 0.0);
+    EXPECT_EQ(high, 1.0);
+  }
+}
+
+TEST_F(Methods, LayersChangeNothingWhereCastersDoNotOverlap) {
+  const Frame one = draw(straight_edge(), {.method = Method::fins}),
+              many = draw(straight_edge(), {.method = Method::layered_fins});
+  for (std::size_t i = 0; i < one.visibility[0].size(); ++i) ASSERT_NEAR(one.visibility[0][i], many.visibility[0][i], 1e-3) << i;
+}
+
+TEST_F(Methods, OuterPenumbraRunsFromTheHardShadowToFullLight) {
+  const double texel_u =
+      2.0 * std::tan(30.0 * std::numbers::pi / 180.0) / 1024 * 1.2 / (radius * (1 / (light_y - plate_y) - 1 / light_y));
+  for (const Method method : {Method::smoothies, Method::penumbra_maps}) {
+    SCOPED_TRACE(name_of(method));
+    const Frame frame = draw(straight_edge(), {.method = method});
+    for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+      const double u = u_of(frame.position_ws[i]);
+      const float seen = frame.visibility[0][i];
+      if (u < -texel_u) {
+        ASSERT_EQ(seen, 0.0f) << u;
+      }
+      if (u > 1.0 + texel_u) {
+        ASSERT_EQ(seen, 1.0f) << u;
+      }
+      if (u > 0.1 && u < 0.9) {
+        ASSERT_TRUE(seen > 0.0f && seen < 1.0f) << u;
+      }
+    }
+  }
+}
+
+// Wyman & Hansen 2003 Eq. 1 along the same edge, with 1/Z_F = 1/Zv - delta/R.
+TEST_F(Methods, PenumbraMapsHoldWymanAndHansensIntensity) {
+  const Frame frame = draw(straight_edge(), {.method = Method::penumbra_maps, .falloff = Falloff::linear});
+  const double z_v = light_y - plate_y, z_p = light_y;
+  for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+    const double delta = frame.position_ws[i].x / light_y, u = u_of(frame.position_ws[i]);
+    if (u < 0.05 || u > 0.95) continue;
+    const double z_f = 1.0 / (1.0 / z_v - delta / radius);
+    ASSERT_NEAR(frame.visibility[0][i], (z_f - z_v) / (z_p - z_v), 0.01) << u;
+  }
+}
+
+TEST_F(Methods, WithoutRadiusEveryMethodIsHard) {
+  Scene scene = box_over_floor();
+  scene.lights[0].radius = 0.0;
+  const Frame hard = draw(scene, {.method = Method::hard});
+  for (const MethodInfo& info : methods()) {
+    if (info.method == Method::pcf) continue;  // filters whatever the light
+    EXPECT_EQ(draw(scene, {.method = info.method}).visibility[0], hard.visibility[0]) << info.name;
+  }
+}
+
+TEST_F(Methods, EveryMethodTendsToHardShadows) {
+  Scene scene = box_over_floor();
+  const Frame hard = draw(scene, {.method = Method::hard});
+  for (const MethodInfo& info : methods()) {
+    double previous = 1e9;
+    for (const double light_radius : {0.4, 0.1, 0.01}) {
+      scene.lights[0].radius = light_radius;
+      const Frame frame = draw(scene, {.method = info.method});
+      double difference = 0.0;
+      for (std::size_t i = 0; i < hard.visibility[0].size(); ++i)
+        difference += std::abs(frame.visibility[0][i] - hard.visibility[0][i]);
+      EXPECT_LE(difference, previous + 1e-3) << info.name << " " << light_radius;
+      previous = difference;
+    }
+    EXPECT_LE(previous / static_cast<double>(hard.visibility[0].size()), 0.01) << info.name;
+  }
+}
+
+// Cai et al. 2006 Fig. 7: with one layer the torus's fins brighten the ground, which the raised plane shades wholly.
+TEST_F(Methods, LayersKeepACastersFinsFromWhatAnotherShades) {
+  const Scene scene = data_scene("torus", 256);
+  const glm::dvec3 light = scene.lights[0].position;
+  const auto leaks = [&](Method method) {
+    const Frame frame = draw(scene, {.method = method});
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+      const glm::dvec3 p(frame.position_ws[i]);
+      if (frame.position_ws[i].w == 0.0f || p.y > 0.01) continue;
+      // Through the raised plane's inner part: 2.3 by 1.7 half-extents at y = 1.8, more than the radius within.
+      const glm::dvec3 q = p + (light - p) * (1.8 - p.y) / (light.y - p.y);
+      if (std::abs(q.x) < 2.3 - 0.4 && std::abs(q.z) < 1.7 - 0.4 && frame.visibility[0][i] > 0.02f) ++count;
+    }
+    return count;
+  };
+  EXPECT_GT(leaks(Method::fins), 200u);
+  EXPECT_EQ(leaks(Method::layered_fins), 0u);
+}
+
+std::size_t umbra_px(const Frame& frame) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < frame.position_ws.size(); ++i)
+    count += frame.position_ws[i].w > 0.0f && frame.position_ws[i].y < 0.001f && frame.visibility[0][i] < 0.01f;
+  return count;
+}
+
+TEST_F(Methods, TheUmbraOfFinsShrinksAsTheLightGrows) {
+  for (const Method method : {Method::fins, Method::layered_fins}) {
+    std::vector<std::size_t> umbra;
+    for (const char* name : {"cylinder", "cylinder-medium-light", "cylinder-large-light"})
+      umbra.push_back(umbra_px(draw(data_scene(name, 256), {.method = method})));
+    EXPECT_GT(umbra[0], umbra[1] * 1.1) << name_of(method);
+    EXPECT_GT(umbra[1], umbra[2] * 1.3) << name_of(method);
+    // Under a light wider than its caster there is none.
+    EXPECT_EQ(umbra_px(draw(data_scene("large-light", 256), {.method = method})), 0u) << name_of(method);
+  }
+  // As published: outer penumbrae leave the hard shadow as it is.
+  for (const Method method : {Method::smoothies, Method::penumbra_maps})
+    EXPECT_GT(umbra_px(draw(data_scene("large-light", 256), {.method = method})), 100u) << name_of(method);
+}
+
+TEST_F(Methods, LayersOutOfRangeAreRefused) {
+  Renderer renderer(test_device());
+  renderer.set_scene(box_over_floor());
+  expect_error<InputError>([&] { renderer.render({.method = Method::layered_fins, .layers = 1025}); }, {"1025", "1024"});
+}
+
+TEST_F(Methods, AnyNumberOfLayersDraws) {
+  const Scene scene = box_over_floor();
+  const Frame one = draw(scene, {.method = Method::fins});
+  for (const unsigned layers : {1u, 2u, 33u, 1024u}) {
+    const Frame frame = draw(scene, {.method = Method::layered_fins, .layers = layers});
+    double difference = 0.0;
+    for (std::size_t i = 0; i < frame.visibility[0].size(); ++i) {
+      ASSERT_TRUE(frame.visibility[0][i] >= 0.0f && frame.visibility[0][i] <= 1.0f);
+      difference += std::abs(frame.visibility[0][i] - one.visibility[0][i]);
+    }
+    EXPECT_LE(difference / static_cast<double>(frame.visibility[0].size()), 0.005) << layers;
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
