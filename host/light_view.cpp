@@ -19,6 +19,8 @@ static_assert(sizeof(HsLayer) == 16);
 static_assert(sizeof(HsStatus) == 16);
 static_assert(sizeof(HsReceiverView) == 128 && offsetof(HsReceiverView, width_px) == 112);
 static_assert(sizeof(HsShadeLight) == 96);
+static_assert(sizeof(HsEdge) == 64);
+static_assert(sizeof(HsDisc) == 32);
 
 namespace {
 
@@ -140,10 +142,10 @@ std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vec
   return seen;
 }
 
-/// True for a flat mesh (a floor, a wall) that has no receiver on its far side: it casts on nothing, however much of the light it
-/// fills.
-bool casts_on_nothing(const Frustum& light, const std::vector<PlacedMesh>& meshes, const std::vector<std::uint32_t>& lit,
-                      std::uint32_t flat) {
+/// True for a flat mesh (a floor, a wall) that has all of the light on one side and no receiver on the other: it casts on
+/// nothing, however much of the light's cone it fills.
+bool casts_on_nothing(const Frustum& light, double light_radius, const std::vector<PlacedMesh>& meshes,
+                      const std::vector<std::uint32_t>& lit, std::uint32_t flat) {
   const PlacedMesh& mesh = meshes[flat];
   const glm::dvec3 extent = mesh.bounds.high - mesh.bounds.low;
   const int axis = extent.x <= 0.0 ? 0 : extent.y <= 0.0 ? 1 : extent.z <= 0.0 ? 2 : -1;
@@ -153,6 +155,7 @@ bool casts_on_nothing(const Frustum& light, const std::vector<PlacedMesh>& meshe
   const glm::dvec3 anchor = light_from_mesh * glm::dvec4(mesh.bounds.low, 1.0);
   glm::dvec3 normal = glm::cross(along0, along1);
   if (glm::dot(normal, anchor) > 0.0) normal = -normal;  // towards the light
+  if (-glm::dot(normal, anchor) <= light_radius * glm::length(glm::dvec2(normal))) return false;
   const double size = glm::length(glm::dvec3(light_from_mesh * glm::dvec4(mesh.bounds.high, 1.0)) - anchor);
   const double slack = 1e-3 * glm::length(normal) * size;  // things that stand on it may sink in by rounding
   for (const std::uint32_t other : lit) {
@@ -175,7 +178,7 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   ViewBounds casting, receiving;
   for (const std::uint32_t i : lit) {
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
-    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, meshes, lit, i)) {
+    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, light.radius, meshes, lit, i)) {
       const double widest = bounds.z_low > 0.0 ? light.radius / bounds.z_low : 2.0 * cone;
       casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
       casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);

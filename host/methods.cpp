@@ -8,7 +8,7 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 7> method_table{{
+constexpr std::array<MethodInfo, 8> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
      Falloff::linear},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
@@ -23,6 +23,9 @@ constexpr std::array<MethodInfo, 7> method_table{{
      "light-res layers falloff faithful", Falloff::disc, Falloff::bernstein},
     {Method::light_samples, "light-samples", "the mean of hard shadows from points of the light", "Heckbert & Herf 1997",
      "light-res samples", Falloff::linear, Falloff::linear},
+    {Method::exact, "exact",
+     "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise", "halfshade",
+     "light-res samples sample-pattern alias-free", Falloff::linear, Falloff::linear},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};
@@ -52,6 +55,10 @@ Falloff chosen_falloff(const Settings& settings) {
   return settings.falloff.value_or(settings.faithful ? info.faithful_falloff : info.falloff);
 }
 
+std::string_view name_of(SamplePattern pattern) {
+  return pattern == SamplePattern::fixed ? "fixed" : "rotated";
+}
+
 std::string_view name_of(Falloff falloff) {
   return falloff_names.at(static_cast<std::size_t>(falloff));
 }
@@ -69,6 +76,12 @@ Falloff falloff_from_name(std::string_view name) {
   for (std::size_t i = 0; i < falloff_names.size(); ++i)
     if (falloff_names[i] == name) return static_cast<Falloff>(i);
   throw InputError(fmt::format("unknown falloff '{}'; use one of: {}", name, fmt::join(falloff_names, ", ")));
+}
+
+SamplePattern sample_pattern_from_name(std::string_view name) {
+  for (const SamplePattern pattern : {SamplePattern::fixed, SamplePattern::rotated})
+    if (name == name_of(pattern)) return pattern;
+  throw InputError(fmt::format("unknown sample pattern '{}'; use one of: fixed, rotated", name));
 }
 
 }  // namespace halfshade

@@ -12,14 +12,9 @@
 
 #include "error_figures.hpp"
 #include "halfshade/halfshade.hpp"
+#include "light_samples.hpp"
 
 namespace halfshade {
-
-/// n stratified points of the unit disc: strata of equal area on a square, one jittered point in each, mapped to the disc by
-/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n and seed. 16 consecutive
-/// ones lie together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre. Another `seed`, other
-/// jitter.
-std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t seed = 0);
 
 /// The counted pixels of a G-buffer for one light, as origins of rays.
 struct RayReceivers {

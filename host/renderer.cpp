@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "device_impl.hpp"
+#include "light_samples.hpp"
 #include "light_view.hpp"
 #include "topology.hpp"
 
@@ -58,6 +59,7 @@ struct Resident {
   std::vector<std::shared_ptr<const Mesh>> meshes;  ///< what was uploaded, to see whether it still holds
   std::vector<Range> vertices, triangles, edges;    ///< of each mesh
   std::uint32_t vertex_count = 0, triangle_count = 0, edge_count = 0;
+  std::uint32_t edge_record_count = 0;  ///< the most HsEdge records: one an edge, and one more for every two faces beyond two
   std::vector<Bounds> bounds;
   std::vector<int> orientations;   ///< of each mesh: solid_orientation
   cl::Buffer positions;            // float[3 * vertex_count]
@@ -119,6 +121,8 @@ Resident upload(const DeviceImpl& device, const Scene& scene) {
     for (const glm::uvec2& e : topology.edges) edges.push_back(e + vertex0);
     for (std::size_t i = 1; i < topology.edge_face_offset.size(); ++i)
       edge_face_offsets.push_back(topology.edge_face_offset[i] + face_ref0);
+    for (std::size_t i = 1; i < topology.edge_face_offset.size(); ++i)
+      resident.edge_record_count += std::max(1u, (topology.edge_face_offset[i] - topology.edge_face_offset[i - 1] + 1) / 2);
     for (const std::uint32_t f : topology.edge_faces) edge_faces.push_back(f + (triangle0 << 1));
     for (std::size_t i = 1; i < topology.vertex_edge_offset.size(); ++i)
       vertex_edge_offsets.push_back(topology.vertex_edge_offset[i] + edge_ref0);
@@ -217,6 +221,12 @@ struct LightCounters {
   cl_uint padding[2];
 };
 
+/// Sample points of a disc on the device (SampleTable).
+struct DiscSamples {
+  cl::Buffer samples, rank;
+  float per_turn = 0.0f;
+};
+
 }  // namespace
 
 struct Renderer::State {
@@ -232,17 +242,20 @@ struct Renderer::State {
   // Filled by a view's passes; reused by the next view's.
   GrowingBuffer vertices_vs, vertices_px, face_normals, sides, multiplicities, silhouettes, features, status;
   Bins triangle_bins, feature_bins;
+  GrowingBuffer planes, disc_sides, disc_edges, tile_far, receivers, tile_queue;
+  Bins receiver_bins;
+  std::map<unsigned, DiscSamples> disc_samples_of;  ///< by their number
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, fins, tile_near_fins;
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, near_layers, other_casters, layer_receivers, illuminances,
       strip_rects;  // of layered fins
   GrowingBuffer depth, normal, face, visibility, rgb;
   GrowingBuffer counters;  // LightCounters a light
 
-  std::string label;  ///< whose stages are being timed
+  std::string label;                                     ///< whose stages are being timed
   std::vector<std::pair<std::string, cl::Event>> timed;  ///< stages of the last `render`
   bool timing = false;                                   ///< in `render`, on a queue that profiles
-  std::optional<Settings> rendered;    ///< what `render` last drew with
-  std::vector<LightView> light_views;  ///< of the last frame, for statistics and light buffers
+  std::optional<Settings> rendered;                      ///< what `render` last drew with
+  std::vector<LightView> light_views;                    ///< of the last frame, for statistics and light buffers
 
   // ---------------------------------------------------------------------------------------------------------- launching
 
@@ -306,7 +319,7 @@ struct Renderer::State {
   // ------------------------------------------------------------------------------------------------------------- passes
 
   /// Vertices into the view, triangles into its tiles.
-  void transform_and_bin(const DrawList& list) {
+  void transform_and_bin(const DrawList& list, std::string_view bound_kernel = "bound_triangles") {
     const cl_uint tiles = tiles_of(list.view);
     vertices_vs.at_least(*device, resident.vertex_count * sizeof(cl_float4), "vertices");
     vertices_px.at_least(*device, resident.vertex_count * sizeof(cl_int4), "vertices");
@@ -317,8 +330,8 @@ struct Renderer::State {
     zero(triangle_bins.counts.get(), tiles * sizeof(cl_uint));
     launch_blocks("transform", list.vertices, list.view, list.vertices.blocks, list.transforms, resident.positions,
                   vertices_vs.get(), vertices_px.get());
-    launch_blocks("bound_triangles", list.triangles, list.view, list.triangles.blocks, resident.triangle_corners,
-                  vertices_vs.get(), vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
+    launch_blocks(bound_kernel, list.triangles, list.view, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
+                  vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, triangle_bins.counts.get(), triangle_bins.offsets.get());
     launch_blocks("fill_triangles", list.triangles, list.view, list.triangles.blocks, triangle_bins.rects.get(),
                   triangle_bins.counts.get(), triangle_bins.refs.get(), triangle_bins.capacity);
@@ -343,9 +356,9 @@ struct Renderer::State {
     return {scene.camera.resolution, depth.get()(), nullptr, normal.get()(), nullptr, face.get()()};
   }
 
-  void draw_shadow_map(const DrawList& list) {
+  void draw_shadow_map(const DrawList& list, std::string_view bound_kernel = "bound_triangles") {
     shadow_map.at_least(*device, pixels_of(list.view) * sizeof(cl_float), "shadow map");
-    transform_and_bin(list);
+    transform_and_bin(list, bound_kernel);
     launch_tiles("raster_shadow_map", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
                  triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
                  resident.triangle_corners, vertices_vs.get(), vertices_px.get(), shadow_map.get());
@@ -415,6 +428,81 @@ struct Renderer::State {
       penumbra_map.at_least(*device, pixels * sizeof(cl_float), "penumbra map");
       raster("raster_penumbra_map", penumbra_map.get(), static_cast<cl_uint>(chosen_falloff(settings)));
     }
+  }
+
+  /// Shadow map, potential silhouettes of the whole disc, into tiles; receivers near them, into tiles; counting
+  /// (visibility_exact.cl).
+  void draw_exact(const LightView& fitted, const Light& light, const Settings& settings, const HsReceiverView& receiver,
+                  const GBuffer& gbuffer, const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out,
+                  cl_uint plane) {
+    const DrawList list =
+        draw_list(*device, resident, placed, fitted.view, fitted.frustum.view_from_world, fitted.casters, fitted.casters);
+    const HsView& view = list.view;
+    const cl_uint tiles = tiles_of(view);
+    const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
+    const DiscSamples& samples = samples_of(settings.samples);
+    HsDisc disc{};
+    disc.radius = static_cast<float>(light.radius);
+    disc.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
+    disc.reach2 = disc.radius * disc.radius * 1.001f;
+    disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
+    disc.table_per_turn = samples.per_turn;
+    disc.sample_count = settings.samples;
+    disc.rotated = settings.sample_pattern == SamplePattern::rotated;
+
+    // A cut for every triangle that passes through the light's plane, at worst.
+    const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
+    planes.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face planes");
+    disc_sides.at_least(*device, resident.triangle_count, "face sides");
+    disc_edges.at_least(*device, most_edges * sizeof(HsEdge), "potential silhouettes");
+    tile_far.at_least(*device, tiles * sizeof(cl_float), "tile depths");
+    tile_queue.at_least(*device, sizeof(cl_int), "tile queue");
+    receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
+    feature_bins.size_for(*device, 1, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    receiver_bins.size_for(*device, 1, tiles, 1);
+
+    draw_shadow_map(list, "bound_triangles_wide");
+    zero(tile_far.get(), tiles * sizeof(cl_float));
+    zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(tile_queue.get(), sizeof(cl_int));
+    launch_pixels("bound_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, tile_far.get(),
+                  receiver_bins.counts.get());
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
+    launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
+                  disc.radius, planes.get(), disc_sides.get());
+    launch_blocks("collect_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_ends, resident.edge_face_offsets,
+                  resident.edge_faces, disc_sides.get(), planes.get(), vertices_vs.get(), disc_edges.get(), status.get());
+    launch_blocks("collect_cuts", list.triangles, list.triangles.blocks, resident.triangle_corners, disc_sides.get(),
+                  planes.get(), vertices_vs.get(), disc.radius, disc_edges.get(), status.get());
+    launch_strided("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(),
+                   feature_bins.counts.get());
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
+    launch_strided("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
+                   feature_bins.refs.get(), feature_bins.capacity);
+    launch_pixels("list_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
+                  feature_bins.offsets.get(), static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(),
+                  receivers.get(), out, plane);
+    // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
+    const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
+    launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,
+           depth_or_position, normals, shadow_map.get(), disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(),
+           feature_bins.capacity, samples.samples, samples.rank, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+           triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), receiver_bins.offsets.get(),
+           receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
+  }
+
+  const DiscSamples& samples_of(unsigned count) {
+    auto found = disc_samples_of.find(count);
+    if (found == disc_samples_of.end()) {
+      const SampleTable table = sample_table(disc_samples(count));
+      found = disc_samples_of
+                  .emplace(count, DiscSamples{buffer_of(*device, table.samples, "samples"),
+                                              buffer_of(*device, table.rank, "samples"), table.per_turn})
+                  .first;
+    }
+    return found->second;
   }
 
   static bool has_fins(const Settings& settings, const Light& light) {
@@ -515,7 +603,8 @@ struct Renderer::State {
     const Light& light = scene.lights[light_index];
     const LightView fitted = fit(light_index, settings);
     light_views[light_index] = fitted;
-    const bool casts = draw_light_buffers(light_index, fitted, settings);
+    const bool exact = settings.method == Method::exact && !fitted.casters.empty();
+    const bool casts = !exact && draw_light_buffers(light_index, fitted, settings);
     label = light.name;
 
     const bool has_depth = gbuffer.depth != nullptr;
@@ -524,7 +613,9 @@ struct Renderer::State {
     const auto receive = [&](std::string_view kernel, const auto&... args) {
       launch_pixels(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
     };
-    if (!casts)
+    if (exact)
+      draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
+    else if (!casts)
       receive("receive_all");
     else if (settings.method == Method::light_samples && settings.samples > 1 && light.radius > 0.0)
       draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
@@ -554,7 +645,7 @@ struct Renderer::State {
     device->cl_queue.enqueueCopyBuffer(status.get(), counters.get(), 0, row, sizeof(HsStatus));
     device->cl_queue.enqueueCopyBuffer(triangle_bins.offsets.get(), counters.get(), total,
                                        row + offsetof(LightCounters, triangle_refs), sizeof(cl_uint));
-    if (has_fins(settings, scene.lights[light]))
+    if (has_fins(settings, scene.lights[light]) || settings.method == Method::exact)
       device->cl_queue.enqueueCopyBuffer(feature_bins.offsets.get(), counters.get(), feature_total,
                                          row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
   }
@@ -586,6 +677,9 @@ struct Renderer::State {
     if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
       throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
     if (settings.samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
+    if (settings.method == Method::exact && settings.samples != 16 && settings.samples != 64 && settings.samples != 256 &&
+        settings.samples != HS_MAX_SAMPLES)
+      throw InputError(fmt::format("{}: {} samples: method exact takes 16, 64, 256 or 1024", caller, settings.samples));
     if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
       throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
                                    settings.smoothie_width));
@@ -844,7 +938,8 @@ FrameStats Renderer::stats() {
                               counters[i].feature_refs,
                               counters[i].triangle_refs,
                               {s.light_views[i].view.width_px, s.light_views[i].view.height_px},
-                              s.light_views[i].casters.empty()});
+                              s.light_views[i].casters.empty(),
+                              counters[i].status.negative_count});
     return stats;
   });
 }

@@ -51,6 +51,12 @@ const std::vector<SettingAxis>& setting_axes() {
   static const std::vector<SettingAxis> axes{
       {"pcf-filter", {2, 4}, {2, 4}, [](Settings& s, double v) { s.pcf_filter = static_cast<unsigned>(v); }},
       {"smoothie-width", {0.0, 0.02, 0.05, 0.1, 0.2}, {0.0}, [](Settings& s, double v) { s.smoothie_width = v; }},
+      {"samples", {16, 64, 256, 1024}, {16, 64, 256}, [](Settings& s, double v) { s.samples = static_cast<unsigned>(v); }},
+      {"sample-pattern",
+       {0, 1},
+       {},
+       [](Settings& s, double v) { s.sample_pattern = v > 0 ? SamplePattern::rotated : SamplePattern::fixed; }},
+      {"alias-free", {0, 1}, {}, [](Settings& s, double v) { s.alias_free = v > 0; }},
       {"falloff", {0, 1, 2, 3}, {}, [](Settings& s, double v) { s.falloff = static_cast<Falloff>(static_cast<int>(v)); }},
       {"layers", {4, 16, 64}, {16}, [](Settings& s, double v) { s.layers = static_cast<unsigned>(v); }},
       {"faithful", {1}, {1}, [](Settings& s, double v) { s.faithful = v != 0; }},

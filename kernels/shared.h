@@ -85,6 +85,30 @@ typedef struct {
   hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
 } HsFinShape;
 
+// A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is
+// m + sum of o_i side_i(p), side_i = +1 where plane_i.xyz . p >= plane_i.w, else -1.
+typedef struct {
+  hs_float4 a;  // w: bits of the integer m
+  hs_float4 b;  // w: bits of (o_0 + 1) | (o_1 + 1) << 2, each o 1, -1 or 0 for none
+  hs_float4 plane0, plane1;
+} HsEdge;
+
+// The light's disc as visibility_exact.cl counts it.
+#define HS_MAX_SAMPLES 1024
+typedef struct {
+  float radius;
+  float radius_px;       // in light map texels at unit distance
+  float reach2;          // an edge that stays farther from the centre than its root hides no sample
+  float near_q;          // HS_NEAR_PX in light map coordinates
+  float table_per_turn;  // entries of the rank table a quarter turn
+  hs_uint sample_count;  // 16, 64, 256 or 1024
+  hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
+  hs_uint padding;
+} HsDisc;
+
+// Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
+#define HS_NEAR_PX 2.25f
+
 // Layers of fins, parallel to the light's plane (Cai et al. 2006 §4.1): merged from equally deep sub-layers. Where casters stand
 // is kept as bits: the last for what lies beyond all silhouettes, the others for equal parts of the depth that holds these.
 #define HS_SUBLAYERS 1024
@@ -109,7 +133,7 @@ typedef struct {
   hs_uint silhouette_count;
   hs_uint feature_count;
   hs_uint dropped_triangle_count;  // not finite
-  hs_uint padding;
+  hs_uint negative_count;          // exact: pixels where some depth complexity came out below 0
 } HsStatus;
 
 // Camera pixel to light space: p_ls = z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for pixel (px, py) with view depth z_vs, or

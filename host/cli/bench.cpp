@@ -130,6 +130,7 @@ Json to_json(const MethodTimes& times) {
                               {"features", stats.features},
                               {"feature_tile_references", stats.feature_tile_references},
                               {"triangle_tile_references", stats.triangle_tile_references},
+                              {"negative_pixels", stats.negative_pixels},
                               {"skipped", stats.skipped}});
   }
   json["frame_ms"] = to_json(times.frame);

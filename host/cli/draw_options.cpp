@@ -87,9 +87,17 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
   command.add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024 (default: {})", defaults.layers))->option_text("N");
-  command.add_option("--samples", samples, fmt::format("light-samples: points of the light (default: {})", defaults.samples))
-      ->option_text("N");
   command.add_flag("--faithful", faithful, "As published, without this program's improvements");
+  command
+      .add_option(
+          "--samples", samples,
+          fmt::format("light-samples, exact: points of the light; exact: 16, 64, 256 or 1024 (default: {})", defaults.samples))
+      ->option_text("N");
+  command
+      .add_option("--sample-pattern", sample_pattern,
+                  fmt::format("exact: fixed, or rotated from pixel to pixel (default: {})", name_of(defaults.sample_pattern)))
+      ->option_text("P");
+  command.add_flag("--alias-free", alias_free, "exact: every pixel by geometry, none by the shadow map");
   command.add_option("--resolution", resolution, "Instead of the scene's camera resolution")->option_text("WxH");
   command.add_option("--device", device, "OpenCL device: index, P:D or part of a name (see: devices)")->option_text("D");
   command.add_option("--threads", threads, "Threads of a CPU device, 0 for all cores (default: 0)")->option_text("N");
@@ -97,13 +105,15 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
 
 std::vector<Settings> DrawOptions::settings(std::string_view default_methods) const {
   const std::vector<Method> chosen = chosen_methods(methods.empty() ? split(default_methods, ',') : methods);
-  for (const auto& [option, text] : {std::pair<std::string_view, const std::string&>{"light-res", light_res},
+  for (const auto& [option, text] : {std::pair<std::string_view, std::string>{"light-res", light_res},
                                      {"pcf-filter", pcf_filter},
                                      {"smoothie-width", smoothie_width},
                                      {"falloff", falloff},
                                      {"layers", layers},
+                                     {"faithful", faithful ? "yes" : ""},
                                      {"samples", samples},
-                                     {"faithful", faithful ? "yes" : ""}}) {
+                                     {"sample-pattern", sample_pattern},
+                                     {"alias-free", alias_free ? "yes" : ""}}) {
     const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
     if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
     std::vector<std::string_view> names, heeding;
@@ -130,6 +140,12 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   if (!layers.empty()) settings.layers = static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
   if (!samples.empty()) settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 1, largest_sample_count));
   settings.faithful = faithful;
+
+  const auto counts_samples = [](unsigned n) { return n == 16 || n == 64 || n == 256 || n == 1024; };
+  if (!counts_samples(settings.samples) && std::find(chosen.begin(), chosen.end(), Method::exact) != chosen.end())
+    throw InputError(fmt::format("--samples: exact takes 16, 64, 256 or 1024 (found '{}')", samples));
+  if (!sample_pattern.empty()) settings.sample_pattern = sample_pattern_from_name(sample_pattern);
+  settings.alias_free = alias_free;
 
   std::vector<Settings> all;
   for (Method method : chosen) {
@@ -170,6 +186,8 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
   if (heeds(info, "layers")) entries.emplace_back("layers", fmt::format("{}", settings.layers));
   if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
   if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
+  if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
+  if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");
   return entries;
 }
 

@@ -185,7 +185,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, light_samples };
+enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, light_samples, exact };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -193,6 +193,12 @@ enum class Falloff {
   bernstein,  ///< 3x² − 2x³, Parker et al. as used by Wyman & Hansen §3
   sine,       ///< ½ − ½cos(πx), Chan & Durand §3.1
   disc,       ///< a straight edge across a disc, ½ + (asin u + u√(1−u²))/π with u = 2x − 1
+};
+
+/// Where on the light the sample points lie.
+enum class SamplePattern {
+  fixed,    ///< the same for every pixel: no noise, steps of 1/samples
+  rotated,  ///< turned by an angle of each pixel's own
 };
 
 struct MethodInfo {
@@ -211,7 +217,9 @@ std::span<const MethodInfo> methods();
 Method method_from_name(std::string_view name);
 Falloff falloff_from_name(std::string_view name);
 std::string_view name_of(Method method);
+SamplePattern sample_pattern_from_name(std::string_view name);
 std::string_view name_of(Falloff falloff);
+std::string_view name_of(SamplePattern pattern);
 const MethodInfo& info_of(Method method);
 
 struct Settings {
@@ -221,8 +229,10 @@ struct Settings {
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
   unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
-  unsigned samples = 64;                ///< points of the light's disc (method light_samples), at least 1
   bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
+  unsigned samples = 256;               ///< points of the light: any number (light_samples); 16, 64, 256 or 1024 (exact)
+  SamplePattern sample_pattern = SamplePattern::fixed;
+  bool alias_free = false;  ///< decide every pixel by geometry, those far from any penumbra too (method exact)
 };
 
 /// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
@@ -282,6 +292,8 @@ struct FrameStats {
     std::uint32_t silhouette_edges = 0, features = 0, feature_tile_references = 0, triangle_tile_references = 0;
     glm::uvec2 light_map_px{0, 0};
     bool skipped = false;  ///< nothing casts in this light's reach
+    /// Method exact: pixels where rounding made some depth complexity negative. A measure of numerical health: expected 0.
+    std::uint32_t negative_pixels = 0;
   };
   std::uint32_t triangles = 0, vertices = 0, edges = 0;
   std::vector<PerLight> lights;

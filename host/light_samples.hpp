@@ -1,0 +1,31 @@
+// Points of a light that stand for all of it.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace halfshade {
+
+/// O'Neill's PCG output permutation as a hash of one word. kernels/visibility_exact.cl has the same.
+std::uint32_t hash_of(std::uint32_t x);
+/// A hash as a number in (0, 1).
+double unit_of(std::uint32_t hash);
+
+/// n stratified points of the unit disc: strata of equal area on a square, one jittered point in each, mapped to the disc by
+/// Shirley & Chiu's concentric map, which keeps areas and neighbourhoods. The same points for the same n and seed. 16 consecutive
+/// ones lie together where n is a multiple of 16 and a square, for packets of rays. n = 1 is the centre. Another `seed`, other
+/// jitter.
+std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t seed = 0);
+
+/// Samples as kernels/visibility_exact.cl reads them.
+struct SampleTable {
+  std::vector<float> samples;       ///< x of all, y of all, turns of all (ascending), then infinity, where a search ends
+  std::vector<std::uint16_t> rank;  ///< rank[i]: samples with a turn below i / per_turn; the search goes on from there
+  float per_turn = 0.0f;            ///< table entries a quarter turn
+};
+
+/// Sorts points by angle and builds the table that finds an angle's rank among them.
+SampleTable sample_table(const std::vector<glm::dvec2>& points);
+
+}  // namespace halfshade
