@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
 
 namespace halfshade {
 
@@ -231,6 +232,26 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
   // not mirrored: counter-clockwise as ever, with y down.
   const double handedness = mesh.orientation * glm::determinant(glm::dmat3(mesh.world_from_mesh));
   return handedness > 0.0 ? HS_CULL_POSITIVE : handedness < 0.0 ? HS_CULL_NEGATIVE : HS_CULL_NONE;
+}
+
+Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count) {
+  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const double distance = light.radius * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
+  const glm::dmat4& light_from_world = fitted.frustum.view_from_world;
+  const glm::dvec3 up = row_of(light_from_world, 1);
+  const glm::dvec3 offset = row_of(light_from_world, 0) * (distance * std::cos(angle)) + up * (distance * std::sin(angle));
+  Light point = light;
+  point.position += offset;
+  point.target += offset;
+  point.up = up;
+  point.radius = 0.0;
+  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + light.radius / fitted.znear));
+  return point;
+}
+
+HsView whole_cone_view(const Light& light) {
+  const Frustum frustum = light_frustum(light);
+  return base_view(frustum, 1.0 / frustum.tan_half_x, {-frustum.tan_half_x, frustum.tan_half_x}, {2, 2}, 2);
 }
 
 HsTransform transform_rows(const glm::dmat4& m) {

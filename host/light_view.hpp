@@ -52,6 +52,14 @@ HsView camera_view(const Camera& camera, unsigned tile_px);
 /// scene mostly leaves every texel where it was, and shadows do not swim.
 LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px);
 
+/// Point number `index` of `count` of the light's disc, as a light without extent that faces the same way: in rings of equal
+/// area, turned from one to the next by the golden angle. Its cone holds all that can lie in the light's own behind the nearest
+/// caster.
+Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count);
+
+/// A view whose map is the light's whole cone, to ask where receivers lie but not for what casts on them.
+HsView whole_cone_view(const Light& light);
+
 /// Meshes that may be seen: not wholly outside one plane of the frustum.
 std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vector<PlacedMesh>& meshes, double znear,
                                           double zfar);

@@ -8,7 +8,7 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 7> method_table{{
+constexpr std::array<MethodInfo, 8> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
      Falloff::linear},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
@@ -21,6 +21,8 @@ constexpr std::array<MethodInfo, 7> method_table{{
      "light-res falloff faithful", Falloff::disc, Falloff::bernstein},
     {Method::layered_fins, "layered-fins", "the same, layer by layer of depth: casters below one another", "Cai et al. 2006",
      "light-res layers falloff faithful", Falloff::disc, Falloff::bernstein},
+    {Method::light_samples, "light-samples", "the mean of hard shadows from points of the light", "Heckbert & Herf 1997",
+     "light-res samples", Falloff::linear, Falloff::linear},
     {Method::exact, "exact",
      "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise", "halfshade",
      "light-res samples sample-pattern alias-free", Falloff::linear, Falloff::linear},
@@ -46,6 +48,10 @@ const MethodInfo& info_of(Method method) {
 
 std::string_view name_of(Method method) {
   return info_of(method).name;
+}
+
+unsigned chosen_samples(const Settings& settings) {
+  return settings.samples.value_or(settings.method == Method::exact ? 256 : 64);
 }
 
 Falloff chosen_falloff(const Settings& settings) {

@@ -251,10 +251,11 @@ struct Renderer::State {
   GrowingBuffer depth, normal, face, visibility, rgb;
   GrowingBuffer counters;  // LightCounters a light
 
-  std::string label;  ///< whose stages are being timed
-  std::vector<std::pair<std::string, cl::Event>> timed;
-  std::optional<Settings> rendered;    ///< what `render` last drew with
-  std::vector<LightView> light_views;  ///< of the last frame, for statistics and light buffers
+  std::string label;                                     ///< whose stages are being timed
+  std::vector<std::pair<std::string, cl::Event>> timed;  ///< stages of the last `render`
+  bool timing = false;                                   ///< in `render`, on a queue that profiles
+  std::optional<Settings> rendered;                      ///< what `render` last drew with
+  std::vector<LightView> light_views;                    ///< of the last frame, for statistics and light buffers
 
   // ---------------------------------------------------------------------------------------------------------- launching
 
@@ -268,8 +269,8 @@ struct Renderer::State {
       cl_uint index = 0;
       (kernel.setArg(index++, args), ...);
       cl::Event event;
-      device->cl_queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, device->profiles ? &event : nullptr);
-      if (device->profiles) timed.emplace_back(fmt::format("{}/{}", label, name), std::move(event));
+      device->cl_queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, timing ? &event : nullptr);
+      if (timing) timed.emplace_back(fmt::format("{}/{}", label, name), std::move(event));
     } catch (const cl::Error& error) {
       throw DeviceError(fmt::format("kernel {}: {}: {}; global size {}x{}, local size {}x{}", name, error.what(),
                                     error_name(error.err()), global.get()[0], global.dimensions() > 1 ? global.get()[1] : 1,
@@ -439,14 +440,14 @@ struct Renderer::State {
     const HsView& view = list.view;
     const cl_uint tiles = tiles_of(view);
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
-    const DiscSamples& samples = samples_of(settings.samples);
+    const DiscSamples& samples = samples_of(chosen_samples(settings));
     HsDisc disc{};
     disc.radius = static_cast<float>(light.radius);
     disc.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
     disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
     disc.table_per_turn = samples.per_turn;
-    disc.sample_count = settings.samples;
+    disc.sample_count = chosen_samples(settings);
     disc.rotated = settings.sample_pattern == SamplePattern::rotated;
 
     // A cut for every triangle that passes through the light's plane, at worst.
@@ -506,8 +507,8 @@ struct Renderer::State {
 
   static bool has_fins(const Settings& settings, const Light& light) {
     if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || light.radius > 0.0;
-    return settings.method != Method::hard && settings.method != Method::pcf && settings.method != Method::exact &&
-           light.radius > 0.0;
+    return light.radius > 0.0 && (settings.method == Method::penumbra_maps || settings.method == Method::fins ||
+                                  settings.method == Method::layered_fins);
   }
 
   static cl_uint layers_of(const Settings& settings) { return settings.method == Method::layered_fins ? settings.layers : 1; }
@@ -579,6 +580,23 @@ struct Renderer::State {
     return true;
   }
 
+  /// Shadow map after shadow map, each from another point of the disc; `out` counts those that see a pixel, then holds the mean.
+  void draw_samples(bool has_depth, glm::uvec2 size_px, const Light& light, const LightView& fitted, const Settings& settings,
+                    const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
+    for (cl_uint i = 0; i < chosen_samples(settings); ++i) {
+      const Light point = light_sample(light, fitted, i, chosen_samples(settings));
+      const LightView from = fit_light_view(point, placed, settings.light_resolution_px, device->tile_px);
+      const cl_uint casts = !from.casters.empty();
+      if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
+      HsReceiverView view = receiver_view(scene.camera, point, has_depth);
+      view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
+      launch_pixels("receive_sample", size_px, from.view, view, depth_or_position, normals, shadow_map.get(), casts, i, out,
+                    plane);
+    }
+    launch_pixels("receive_samples_end", size_px, whole_cone_view(light), receiver_view(scene.camera, light, has_depth),
+                  depth_or_position, normals, static_cast<cl_uint>(chosen_samples(settings)), out, plane);
+  }
+
   /// Every pass of one light over a G-buffer.
   void draw_visibility(const GBuffer& gbuffer, std::size_t light_index, const Settings& settings, const cl::Buffer& out,
                        cl_uint plane) {
@@ -599,6 +617,8 @@ struct Renderer::State {
       draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
     else if (!casts)
       receive("receive_all");
+    else if (settings.method == Method::light_samples && chosen_samples(settings) > 1 && light.radius > 0.0)
+      draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
     else if (!has_fins(settings, light))
@@ -654,11 +674,12 @@ struct Renderer::State {
           fmt::format("{}: light map resolution {}: expected 1 to {}", caller, settings.light_resolution_px, HS_MAX_RESOLUTION));
     if (settings.pcf_filter != 2 && settings.pcf_filter != 4)
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
-    if (settings.samples != 16 && settings.samples != 64 && settings.samples != 256 && settings.samples != HS_MAX_SAMPLES)
-      throw InputError(fmt::format("{}: {} samples: expected 16, 64, 256 or 1024", caller, settings.samples));
-    if (settings.layers > HS_MAX_LAYERS)
-      throw InputError(
-          fmt::format("{}: {} layers: expected 1 to {}, or 0 (from the scene)", caller, settings.layers, HS_MAX_LAYERS));
+    if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
+      throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
+    const unsigned samples = chosen_samples(settings);
+    if (samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
+    if (settings.method == Method::exact && samples != 16 && samples != 64 && samples != 256 && samples != HS_MAX_SAMPLES)
+      throw InputError(fmt::format("{}: {} samples: expected 16, 64, 256 or 1024", caller, samples));
     if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
       throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
                                    settings.smoothie_width));
@@ -711,8 +732,8 @@ Renderer::Renderer(std::shared_ptr<Device> device) : state_(std::make_unique<Sta
 }
 
 Renderer::~Renderer() {
-  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A caller's
-  // queue is the caller's to wait for.
+  // Where a frame was cut short by an error, PoCL may still be compiling its kernels: the process must not exit under it. A
+  // caller's queue is the caller's to wait for.
   if (state_->device->owns_queue) clFinish(state_->device->cl_queue());
 }
 
@@ -790,6 +811,7 @@ void Renderer::render(const Settings& settings) {
   s.check(settings, "render");
   guarded("render", [&] {
     s.timed.clear();
+    s.timing = s.device->profiles;
     const std::size_t pixels = pixels_of(s.camera_list->view);
     s.visibility.at_least(*s.device, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * sizeof(cl_float), "visibility");
     s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
@@ -798,6 +820,7 @@ void Renderer::render(const Settings& settings) {
     for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
       s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light));
     s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get());
+    s.timing = false;
     s.device->cl_queue.finish();
     s.rendered = settings;
 
@@ -848,9 +871,7 @@ LightBuffers Renderer::read_light_buffers(std::size_t light) {
     // Lights take turns with the buffers, so this one's are drawn again.
     const LightView& fitted = s.light_views[light];
     LightBuffers buffers;
-    const std::vector<std::pair<std::string, cl::Event>> kept = s.timed;
     const bool casts = s.draw_light_buffers(light, fitted, *s.rendered);
-    s.timed = kept;
     if (!casts) return buffers;
     const cl::CommandQueue& queue = s.device->cl_queue;
     const HsView& view = fitted.view;

@@ -58,6 +58,8 @@ const std::vector<SettingAxis>& setting_axes() {
        [](Settings& s, double v) { s.sample_pattern = v > 0 ? SamplePattern::rotated : SamplePattern::fixed; }},
       {"alias-free", {0, 1}, {}, [](Settings& s, double v) { s.alias_free = v > 0; }},
       {"falloff", {0, 1, 2, 3}, {}, [](Settings& s, double v) { s.falloff = static_cast<Falloff>(static_cast<int>(v)); }},
+      {"layers", {4, 16, 64}, {16}, [](Settings& s, double v) { s.layers = static_cast<unsigned>(v); }},
+      {"faithful", {1}, {1}, [](Settings& s, double v) { s.faithful = v != 0; }},
   };
   return axes;
 }
@@ -66,7 +68,10 @@ std::vector<Candidate> method_candidates(const MethodInfo& info, const ReportOpt
   std::vector<Candidate> all;
   const auto add = [&](const Settings& settings, bool is_default) {
     Candidate candidate{std::string(info.name), describe(settings), settings, is_default};
-    std::erase_if(candidate.settings, [](const auto& entry) { return entry.first == "method"; });
+    // What tells rows apart: not the name, and not what is the same but for one of them.
+    std::erase_if(candidate.settings, [](const auto& entry) {
+      return entry.first == "method" || (entry.first == "faithful" && entry.second == "no");
+    });
     const auto known = [&](const Candidate& other) { return other.settings == candidate.settings; };
     if (std::none_of(all.begin(), all.end(), known)) all.push_back(std::move(candidate));
   };

@@ -8,8 +8,9 @@ inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
   return odd ? -n : n;
 }
 
-// sides: uchar a triangle, 1 where n_f . (light - a_f) >= 0. Decided here, once, and read by every edge: whatever rounding does to
-// a face seen edge-on, silhouettes form closed loops.
+// sides: uchar a triangle, one bit for the side of its plane that the light is on: 1 where n . (light - a) >= 0 for n formed in light
+// space, whose axes are left-handed (for an outward face of a solid, 1 is turned away). Decided here, once, and read by every edge:
+// whatever rounding does to a face seen edge-on, silhouettes form closed loops.
 __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
                            __global uchar* sides) {
   const HsBlock block = blocks[get_group_id(0)];

@@ -17,6 +17,18 @@ HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 out
   *high = fmax(fmax(a_in, b_in), fmax(a_out, b_out));
 }
 
+// The box about a corner's sector (the wedge of HsFeature, out to `reach`): its apex, its two sides, and the axes inside it.
+HS_INLINE void bound_sector(float2 apex, float2 h0, float2 h1, float reach, float2* low, float2* high) {
+  const float2 side0 = (float2)(-h0.y, h0.x) * (h0.x * h1.y - h0.y * h1.x >= 0.0f ? 1.0f : -1.0f);
+  const float2 side1 = (float2)(-h1.y, h1.x) * (h1.x * h0.y - h1.y * h0.x >= 0.0f ? 1.0f : -1.0f);
+  const float2 most = (float2)(h0.x >= 0.0f && h1.x >= 0.0f, h0.y >= 0.0f && h1.y >= 0.0f);
+  const float2 least = (float2)(h0.x <= 0.0f && h1.x <= 0.0f, h0.y <= 0.0f && h1.y <= 0.0f);
+  *low = apex + reach * fmin(fmin(side0, side1), -least);
+  *high = apex + reach * fmax(fmax(side0, side1), most);
+  *low = fmin(*low, apex);
+  *high = fmax(*high, apex);
+}
+
 // How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide there,
 // which holds for a sphere no larger than that, and for gently sloping surfaces.
 HS_INLINE float caster_depth(const HsView view, const HsFinShape shape, float d) {
@@ -48,7 +60,9 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
                         __global HsStatus* status) {
   const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
   const float reach = reach_px(shape, apex.z, view.d_far);
-  emit(view, layer, corner, rect_of_points(view, apex.xy - reach, apex.xy + reach), features, rects, tile_counts, status);
+  float2 low, high;
+  bound_sector(apex.xy, h0, h1, reach, &low, &high);
+  emit(view, layer, corner, rect_of_points(view, low, high), features, rects, tile_counts, status);
 }
 
 // A vertex in texels, where the rasterizer drew it: fins begin exactly where coverage ends.

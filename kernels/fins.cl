@@ -10,9 +10,15 @@ typedef struct {
   float2 a, t, h0, h1;
   float ad, d_step, length_px;
   float d_low, d_high;  // of its points
+  // It lies between four lines: in row a.y + ry, beyond (or, where not low, before) x = span + ry * span_step.
+  float4 span, span_step;
+  int4 span_is_low;
   uint kind;
   int x0, y0, x1, y1;  // texels of the tile that it may reach, inclusive
 } TileFeature;
+
+// Boxes and spans are wider than what they hold by more than their own rounding, and than HS_SLACK_PX.
+#define HS_SPAN_SLACK_PX (1.0f / 64.0f)
 
 HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, const HsFeature f, int2 tile_px, int x_end, int y_end) {
   TileFeature t;
@@ -34,10 +40,26 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
     t.d_high = fmax(f.ad, f.bd);
     bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), (float2)(t.t.y, -t.t.x), view.d_far, &low, &high);
   } else {
-    const float reach = reach_px(shape, f.ad, view.d_far);
-    low = t.a - reach;
-    high = t.a + reach;
+    bound_sector(t.a, t.h0, t.h1, reach_px(shape, f.ad, view.d_far), &low, &high);
   }
+  // Lines slope.x rx + slope.y ry + offset = 0 with the feature where that is positive. One that runs along a row bounds no x.
+  const float reach = reach_px(shape, t.d_high, view.d_far), none = 1e9f;
+  float4 slope_x, slope_y, offset;
+  if (t.kind == HS_FEATURE_EDGE) {
+    slope_x = (float4)(t.t.x, -t.t.x, -t.t.y, t.t.y);
+    slope_y = (float4)(t.t.y, -t.t.y, t.t.x, -t.t.x);
+    offset = (float4)(0.0f, t.length_px, reach, shape.two_sided ? reach : 0.0f);
+  } else {
+    slope_x = (float4)(t.h0.x, t.h1.x, 1.0f, -1.0f);
+    slope_y = (float4)(t.h0.y, t.h1.y, 0.0f, 0.0f);
+    offset = (float4)(0.0f, 0.0f, reach, reach);
+  }
+  const int4 bounds_x = fabs(slope_x) > 1e-6f;
+  t.span_is_low = slope_x > 0.0f;
+  t.span = select(select((float4)(none), (float4)(-none), t.span_is_low), t.a.x - (offset + HS_SPAN_SLACK_PX) / slope_x, bounds_x);
+  t.span_step = select((float4)(0.0f), -slope_y / slope_x, bounds_x);
+  low -= HS_SPAN_SLACK_PX;
+  high += HS_SPAN_SLACK_PX;
   t.x0 = max((int)ceil(fmax(low.x, -1.0f)), 0);
   t.x1 = min((int)floor(fmin(high.x, (float)HS_TILE)), x_end - 1);
   t.y0 = max((int)ceil(fmax(low.y, -1.0f)), 0);
@@ -62,6 +84,15 @@ HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px
   *delta_px = f->kind == HS_FEATURE_CORNER ? distance_px : -distance_px;
   *d = (vfloat)(f->ad);
   return (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
+}
+
+// The texels of row y that a feature may reach, inclusive: most are long and thin, or slices of a disc, and fill little of their box.
+HS_INLINE int2 feature_span(const TileFeature* f, int y) {
+  const float ry = (float)y - f->a.y;
+  const float4 at = f->span + ry * f->span_step;
+  const float4 low = select((float4)(-1.0f), at, f->span_is_low), high = select(at, (float4)(HS_TILE), f->span_is_low);
+  return (int2)((int)ceil(clamp(fmax(fmax(low.x, low.y), fmax(low.z, low.w)), -1.0f, (float)HS_TILE)),
+                (int)floor(clamp(fmin(fmin(high.x, high.y), fmin(high.z, high.w)), -1.0f, (float)HS_TILE)));
 }
 
 // A tile's part in a rasterization of features.
@@ -119,28 +150,28 @@ HS_INLINE void flag_near_tiles(const HsView view, bool touched, __global uchar* 
     if (!next_feature(&tile, hs_i, view.tiles_x, refs, rects, features, &hs_stored)) continue;       \
     const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
     prepare                                                                                          \
-    HS_FOR_TEXELS(hs_x, hs_y, feature.x0, feature.y0, feature.x1, feature.y1) {                      \
-      const int slot = HS_SLOT(hs_x, hs_y);                                                          \
-      vfloat delta_px, d;                                                                            \
-      const vint inside = near_feature(&feature, hs_x, hs_y, &delta_px, &d);                         \
-      body                                                                                           \
+    HS_FOR_ROWS(hs_y, feature.y0, feature.y1) {                                                      \
+      const int2 hs_span = feature_span(&feature, hs_y);                                             \
+      HS_FOR_COLUMNS(hs_x, max(hs_span.x, feature.x0), min(hs_span.y, feature.x1)) {                 \
+        const int slot = HS_SLOT(hs_x, hs_y);                                                        \
+        vfloat delta_px, d;                                                                          \
+        const vint inside = near_feature(&feature, hs_x, hs_y, &delta_px, &d);                       \
+        body                                                                                         \
+      }                                                                                              \
     }                                                                                                \
   }
 
-// Runs the body for each texel of the tile, with `slot` and its index `texel` in the map.
-#define HS_FOR_TILE_TEXELS(tile, body)                                                                       \
-  HS_FOR_TEXELS(hs_x, hs_y, 0, 0, tile.x_end - 1, tile.y_end - 1) {                                          \
-    for (int hs_lane = 0; hs_lane < HS_LANES && hs_x + hs_lane < tile.x_end; ++hs_lane) {                    \
-      const int slot = HS_SLOT(hs_x, hs_y) + hs_lane;                                                        \
-      const size_t texel = (size_t)(tile.px.y + hs_y) * view.width_px + tile.px.x + hs_x + hs_lane;          \
-      body                                                                                                   \
-    }                                                                                                        \
+// Runs the body for all texels of the tile, `valid` <= HS_LANES at a time: `slot` is the first one's, `texel` its index in the map.
+#define HS_FOR_TILE_TEXELS(tile, body)                                                             \
+  HS_FOR_TEXELS(hs_x, hs_y, 0, 0, tile.x_end - 1, tile.y_end - 1) {                                \
+    const int slot = HS_SLOT(hs_x, hs_y), valid = min(HS_LANES, tile.x_end - hs_x);                \
+    const size_t texel = (size_t)(tile.px.y + hs_y) * view.width_px + tile.px.x + hs_x;            \
+    body                                                                                           \
   }
 
 // 1/Lr of what the shadow map holds at the tile's texels: the farthest receiver where it is empty.
 HS_INLINE void load_receivers(const HsView view, const FeatureTile tile, __global const float* shadow_map, float* d_receiver) {
-  for (int i = 0; i < HS_TILE_STORAGE; ++i) d_receiver[i] = view.d_far;
-  HS_FOR_TILE_TEXELS(tile, d_receiver[slot] = fmax(1.0f / shadow_map[texel], view.d_far);)
+  HS_FOR_TILE_TEXELS(tile, v_store(max(1.0f / load_lanes(shadow_map, texel, valid), view.d_far), d_receiver + slot);)
 }
 
 // ------------------------------------------------------------------------------------------------------------- smoothies
@@ -170,12 +201,13 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
       const vfloat d_r = v_load(d_receiver + slot);
       const vfloat alpha = smoothie_alpha(shape, fmax(delta_px, 0.0f), d, d_r);
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (alpha < 1.0f);
-      v_store(v_select(v_load(nearest_d + slot), fmax(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
-      v_store(v_select(v_load(least_alpha + slot), fmin(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
+      v_store(v_select(v_load(nearest_d + slot), max(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
+      v_store(v_select(v_load(least_alpha + slot), min(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
     })
     HS_FOR_TILE_TEXELS(tile, {
-      fin_depth[texel] = nearest_d[slot] > 0.0f ? 1.0f / nearest_d[slot] : HS_EMPTY_Z;
-      fin_alpha[texel] = least_alpha[slot];
+      const vfloat nearest = v_load(nearest_d + slot);
+      store_lanes(v_select((vfloat)(HS_EMPTY_Z), 1.0f / nearest, nearest > 0.0f), fin_depth, texel, valid);
+      store_lanes(v_load(least_alpha + slot), fin_alpha, texel, valid);
     })
     flag_near_tiles(view, tile.touched, tile_near_fins);
   }
@@ -206,11 +238,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
       v_store(v_select(v_load(darkest + slot), fmin(v_load(darkest + slot), intensity), shadows), darkest + slot);
     })
     // Falloffs rise, so the darkest stays the darkest.
-    HS_FOR_TEXELS(x, y, 0, 0, tile.x_end - 1, tile.y_end - 1) {
-      float* i = darkest + HS_SLOT(x, y);
-      v_store(falloff_of(v_load(i), falloff), i);
-    }
-    HS_FOR_TILE_TEXELS(tile, penumbra_map[texel] = darkest[slot];)
+    HS_FOR_TILE_TEXELS(tile, store_lanes(falloff_of(v_load(darkest + slot), falloff), penumbra_map, texel, valid);)
     flag_near_tiles(view, tile.touched, tile_near_fins);
   }
 }
@@ -270,8 +298,9 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
           if (casters != 0) v_store(v_load(own_casters + slot) | v_select((vint)(0), (vint)(casters), is_inner), own_casters + slot);
         })
     HS_FOR_TILE_TEXELS(tile, {
-      fins[texel] = (float4)(inner_s[slot], inner_d[slot], outer_s[slot], outer_d[slot]);
-      if (own_casters[slot] != 0) other_casters[texel] &= ~(uint)own_casters[slot];
+      store_lanes4(v_load(inner_s + slot), v_load(inner_d + slot), v_load(outer_s + slot), v_load(outer_d + slot), fins, texel, valid);
+      for (int i = 0; i < valid; ++i)
+        if (own_casters[slot + i] != 0) other_casters[texel + i] &= ~(uint)own_casters[slot + i];
     })
     if (layer.count == 1) flag_near_tiles(view, tile.touched, tile_near_fins);
   }

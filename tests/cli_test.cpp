@@ -275,6 +275,10 @@ TEST_F(Cli, WrongUsage) {
 
 TEST_F(Cli, AnOptionThatNoMethodHeedsIsAnError) {
   expect_failure({"render", scene(), "-m", "hard", "--falloff", "sine"}, {"--falloff", "hard", "smoothies"});
+  expect_failure({"render", scene(), "-m", "fins", "--layers", "4"}, {"--layers", "fins", "layered-fins"});
+  expect_failure({"render", scene(), "-m", "layered-fins", "--layers", "1025"}, {"--layers", "1024", "1025"});
+  expect_failure({"render", scene(), "-m", "light-samples", "--samples", "0"}, {"--samples", "0"});
+  expect_failure({"render", scene(), "-m", "pcf", "--faithful"}, {"--faithful", "pcf", "smoothies"});
   expect_failure({"render", scene(), "-m", "hard,pcf", "--smoothie-width", "auto"},
                  {"--smoothie-width", "hard, pcf", "smoothies"});
   expect_failure({"bench", scene(), "-m", "smoothies", "--pcf-filter", "4"}, {"--pcf-filter", "smoothies", "pcf"});

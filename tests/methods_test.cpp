@@ -38,7 +38,8 @@ Scene straight_edge() {
   Scene scene;
   scene.name = "straight-edge";
   scene.meshes = {placed("floor", ground_mesh(), {0, 0, 0}, glm::dvec3(40)),
-                  placed("plate", ground_mesh(), {-10, plate_y, 0}, glm::dvec3(20))};
+                  placed("plate", ground_mesh(), {-10, plate_y, 0}, glm::dvec3(20)),
+                  placed("basement", ground_mesh(), {0, -4, 0}, glm::dvec3(60))};
   scene.camera = {.position = {0, 1.5, 0}, .target = {0, 0, 0}, .up = {0, 0, 1}, .yfov_deg = 20, .resolution = {256, 64}};
   scene.lights = {{.name = "key", .position = {0, light_y, 0}, .target = {0, 0, 0}, .up = {}, .radius = radius, .cone_deg = 60}};
   return scene;
@@ -177,10 +178,23 @@ TEST_F(Methods, TheUmbraOfFinsShrinksAsTheLightGrows) {
     EXPECT_GT(umbra_px(draw(data_scene("large-light", 256), {.method = method})), 100u) << name_of(method);
 }
 
-TEST_F(Methods, LayersOutOfRangeAreRefused) {
+TEST_F(Methods, OneLightSampleIsHardAndManyApproachTheDisc) {
+  EXPECT_EQ(draw(box_over_floor(), {.method = Method::light_samples, .samples = 1}).visibility[0],
+            draw(box_over_floor(), {.method = Method::hard}).visibility[0]);
+  const Frame frame = draw(straight_edge(), {.method = Method::light_samples, .samples = 256});
+  for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+    const double u = std::clamp(u_of(frame.position_ws[i]), -1.0, 1.0);
+    const double exact = 0.5 + (std::asin(u) + u * std::sqrt(1 - u * u)) / std::numbers::pi;
+    ASSERT_NEAR(frame.visibility[0][i], exact, 0.02) << u;
+  }
+}
+
+TEST_F(Methods, LayersAndSamplesOutOfRangeAreRefused) {
   Renderer renderer(test_device());
   renderer.set_scene(box_over_floor());
   expect_error<InputError>([&] { renderer.render({.method = Method::layered_fins, .layers = 1025}); }, {"1025", "1024"});
+  expect_error<InputError>([&] { renderer.render({.method = Method::layered_fins, .layers = 0}); }, {"0 layers", "1024"});
+  expect_error<InputError>([&] { renderer.render({.method = Method::light_samples, .samples = 0}); }, {"samples", "at least 1"});
 }
 
 TEST_F(Methods, AnyNumberOfLayersDraws) {

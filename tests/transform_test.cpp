@@ -102,10 +102,13 @@ TEST_F(Transform, MarksWhatIsNotFinite) {
 
 TEST_F(Transform, MarksWhatTheTransformMakesInfinite) {
   const HsView view = straight_view(*runner_.device, {64, 64}, 32.0f);
-  glm::dmat4 large(1.0);
-  large[0][0] = 1e30;
-  const Transformed out = transform(runner_, view, {{1e20f, 0, 1}}, blocks_of(1), {transform_rows(large)});
-  EXPECT_EQ(out.px[0].s[3], invalid);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dmat4 large(1.0);
+    large[axis][axis] = 1e30;
+    glm::vec3 p(0, 0, 1);
+    p[axis] = 1e20f;
+    EXPECT_EQ(transform(runner_, view, {p}, blocks_of(1), {transform_rows(large)}).px[0].s[3], invalid) << "axis " << axis;
+  }
 }
 
 TEST_F(Transform, EachBlockIsPlacedByItsMesh) {

@@ -202,6 +202,25 @@ TEST_P(Visibility, SmoothiesShadowOnlyWhatLiesBehindThem) {
   EXPECT_EQ(see("receive_smoothies", {at(8, 8, 4)}), (std::vector<float>{1.0f}));
 }
 
+TEST_P(Visibility, WhereNoFinsAreTheFinBuffersAreNotBelieved) {
+  // Tiles that hold no fins keep what an earlier light left there. Neighbouring pixels, some of whose tiles do hold fins.
+  const unsigned size = 64, tile = runner_.device->tile_px;
+  light_ = straight_view(*runner_.device, {size, size}, px_per_q);
+  shadow_map_.assign(size * size, HS_EMPTY_Z);
+  fin_depth_.assign(size * size, 2.0f);
+  fin_alpha_.assign(size * size, 0.25f);
+  near_fins_.assign(std::size_t{light_.tiles_x} * light_.tiles_y, 0);
+  for (std::size_t t = 0; t < near_fins_.size(); ++t) near_fins_[t] = t % light_.tiles_x * tile < size / 2;  // the left half
+  std::vector<Pixel> pixels;
+  std::vector<float> expected;
+  for (int i = 0; i < 37; ++i) {
+    const float u = 26.25f + static_cast<float>(i * 7 % 12), from_middle = u - size / 2;
+    pixels.push_back(at(map_px / 2 + from_middle, 8, 4));
+    expected.push_back(std::floor(u - 0.5f) < size / 2 ? 0.25f : 1.0f);
+  }
+  EXPECT_EQ(see("receive_smoothies", pixels), expected);
+}
+
 TEST_P(Visibility, SmoothiesFilterTheComparisonsOfFourTexels) {
   const unsigned i = 5 * map_px + 9;                             // centres (9.5, 5.5), (10.5, 5.5), (9.5, 6.5), (10.5, 6.5)
   shadow_map_[i] = 2.0f;                                         // in the shadow: 0

@@ -12,6 +12,7 @@ namespace halfshade {
 namespace {
 
 constexpr long largest_layer_count = 1024;
+constexpr long largest_sample_count = 1 << 20;
 
 bool heeds(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
@@ -85,12 +86,13 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
+  command.add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024 (default: {})", defaults.layers))->option_text("N");
   command
-      .add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024, or from the scene (default: {})", defaults.layers))
-      ->option_text("N|auto");
+      .add_option("--samples", samples,
+                  fmt::format("Points of the light (default: light-samples {}, exact {})",
+                              chosen_samples({.method = Method::light_samples}), chosen_samples({.method = Method::exact})))
+      ->option_text("N");
   command.add_flag("--faithful", faithful, "As published, without this program's improvements");
-  command.add_option("--samples", samples, fmt::format("exact: points of the light (default: {})", defaults.samples))
-      ->option_text("16|64|256|1024");
   command
       .add_option("--sample-pattern", sample_pattern,
                   fmt::format("exact: fixed, or rotated from pixel to pixel (default: {})", name_of(defaults.sample_pattern)))
@@ -135,16 +137,14 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
-  if (!layers.empty()) {
-    settings.layers = layers == "auto" ? 0 : static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
-  }
+  if (!layers.empty()) settings.layers = static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
+  if (!samples.empty()) settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 1, largest_sample_count));
   settings.faithful = faithful;
 
-  if (!samples.empty()) {
-    settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 16, 1024));
-    if (settings.samples != 16 && settings.samples != 64 && settings.samples != 256 && settings.samples != 1024)
-      throw InputError(fmt::format("--samples: expected 16, 64, 256 or 1024 (found '{}')", samples));
-  }
+  const bool exact = std::find(chosen.begin(), chosen.end(), Method::exact) != chosen.end();
+  if (exact && settings.samples && *settings.samples != 16 && *settings.samples != 64 && *settings.samples != 256 &&
+      *settings.samples != 1024)
+    throw InputError(fmt::format("--samples: method exact: expected 16, 64, 256 or 1024 (found '{}')", samples));
   if (!sample_pattern.empty()) settings.sample_pattern = sample_pattern_from_name(sample_pattern);
   settings.alias_free = alias_free;
 
@@ -184,9 +184,9 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
   if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
-  if (heeds(info, "layers")) entries.emplace_back("layers", settings.layers == 0 ? "auto" : fmt::format("{}", settings.layers));
+  if (heeds(info, "layers")) entries.emplace_back("layers", fmt::format("{}", settings.layers));
+  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", chosen_samples(settings)));
   if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
-  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
   if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
   if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");
   return entries;

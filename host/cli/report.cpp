@@ -287,13 +287,13 @@ void print_table(const Scene& scene, const Light& light, const RayScene& rays, c
   const ErrorFigures first = rows.empty() ? ErrorFigures{} : rows.front().figures;
   fmt::print("\n{}, light {}, {}x{}; {} counted pixels, {} in penumbra; tree built in {:.1f} ms\n", scene.name, light.name,
              scene.camera.resolution.x, scene.camera.resolution.y, first.counted_pixels, first.penumbra_pixels, rays.build_ms());
-  fmt::print("{:<72} {:>9} {:>9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>6} {:>6} {:>4} {:>9}\n", "method (* not beaten)",
+  fmt::print("{:<80} {:>9} {:>9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>6} {:>6} {:>4} {:>9}\n", "method (* not beaten)",
              "median ms", "min ms", "rmse", "pen_rmse", "bias", "max", "p99.9", "bad", "lit!", "umbra!", "nan", "rays need");
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Measurement& row = rows[i];
     const ErrorFigures& f = row.figures;
     const Json& rays_ms = results[i]["rays_time_at_error_ms"];
-    fmt::print("{:<72} {:>9.2f} {:>9.2f} {:>8.5f} {:>8.5f} {:>+8.4f} {:>7.4f} {:>7.4f} {:>7.4f} {:>6} {:>6} {:>4} {:>9}\n",
+    fmt::print("{:<80} {:>9.2f} {:>9.2f} {:>8.5f} {:>8.5f} {:>+8.4f} {:>7.4f} {:>7.4f} {:>7.4f} {:>6} {:>6} {:>4} {:>9}\n",
                (results[i]["pareto"].get<bool>() ? "* " : "  ") + row.candidate.label(), row.median_ms(), row.min_ms(), f.rmse,
                f.penumbra_rmse, f.bias, f.max_error, f.p999_error, f.bad_fraction, f.false_lit, f.false_umbra, f.nonfinite,
                rays_ms.is_null() ? ">" : fmt::format("{:.1f}", rays_ms.get<double>()));

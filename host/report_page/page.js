@@ -121,7 +121,8 @@
   // --------------------------------------------------------------------------------------------------------------- plot
 
   function plot(light, choose) {
-    const width = 900, height = 460, margin = {left: 62, right: 20, top: 14, bottom: 46};
+    // On a phone the drawing is narrower, so that its text keeps its size.
+    const width = innerWidth < 640 ? 420 : 900, height = innerWidth < 640 ? 380 : 460, margin = {left: 50, right: 14, top: 28, bottom: 44};
     // A scene without penumbra has no error to plot there.
     const shown = light.results.filter(r => r.figures.penumbra_rmse > 0 && r.time_ms.median > 0);
     const holder = element('div', {class: 'panel'});
@@ -138,11 +139,11 @@
     const label = few => d => (few ? [1] : [1, 2, 5]).includes(lead(d)) ? d3.format('g')(+d.toPrecision(2)) : '';
     const decades = scale => Math.log(scale.domain()[1] / scale.domain()[0]) / Math.LN10;
     svg.append('g').attr({class: 'axis', transform: `translate(0,${height - margin.bottom})`})
-      .call(d3.svg.axis().scale(x).orient('bottom').tickSize(-(height - margin.top - margin.bottom)).tickFormat(label(decades(x) > 4)));
+      .call(d3.svg.axis().scale(x).orient('bottom').tickSize(-(height - margin.top - margin.bottom)).tickFormat(label(decades(x) > (width > 640 ? 4 : 2))));
     svg.append('g').attr({class: 'axis', transform: `translate(${margin.left},0)`})
       .call(d3.svg.axis().scale(y).orient('left').tickSize(-(width - margin.left - margin.right)).tickFormat(label(decades(y) > 4)));
-    svg.append('text').attr({x: width - margin.right, y: height - 8, 'text-anchor': 'end'}).text('time, ms (log) \u2192 slower');
-    svg.append('text').attr({x: margin.left, y: height - 8}).text('penumbra rmse upwards (log): lower left is better');
+    svg.append('text').attr({x: width - margin.right, y: height - 8, 'text-anchor': 'end'}).text('time, ms (log); lower left is better');
+    svg.append('text').attr({x: 4, y: 14}).text('penumbra rmse (log)');
 
     const front = shown.filter(r => r.pareto).sort((a, b) => a.time_ms.median - b.time_ms.median);
     svg.append('path').attr('class', 'front').attr('d', d3.svg.line().x(r => x(r.time_ms.median)).y(r => y(r.figures.penumbra_rmse))

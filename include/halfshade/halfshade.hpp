@@ -185,7 +185,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, exact };
+enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, light_samples, exact };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -228,15 +228,18 @@ struct Settings {
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
-  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024; 0: from the scene
-  bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
-  unsigned samples = 256;           ///< points of the light: 16, 64, 256 or 1024 (method exact)
-  SamplePattern sample_pattern = SamplePattern::fixed;
+  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
+  /// Points of the light's disc: method light_samples, at least 1 (64 by default); method exact, 16, 64, 256 or 1024 (256).
+  std::optional<unsigned> samples = {};
+  bool faithful = false;  ///< as published, where this implementation knows better (see MethodInfo::options)
+  SamplePattern sample_pattern = SamplePattern::fixed;  ///< method exact
   bool alias_free = false;  ///< decide every pixel by geometry, those far from any penumbra too (method exact)
 };
 
 /// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
 Falloff chosen_falloff(const Settings& settings);
+/// The number of samples that a method is drawn with.
+unsigned chosen_samples(const Settings& settings);
 
 // ------------------------------------------------------------------------------------------------------------- renderer
 

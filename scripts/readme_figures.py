@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Writes the README's table and plot of speed against error from a report.
+
+    scripts/readme_figures.py out/report/report.json
+"""
+import html
+import json
+import math
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BEGIN, END = "<!-- figures: scripts/readme_figures.py REPORT.json -->\n", "<!-- figures end -->\n"
+PLOT = "data/images/speed_error.svg"
+COLORS = ["#0b63c5", "#b84a00", "#0b7a53", "#9b2c86", "#7a5c00", "#00707f", "#b3203a", "#5646c2"]
+WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM = 420, 300, 48, 30, 12, 36
+
+
+def settings_text(result):
+    return ", ".join(f"{name.removesuffix('_px').replace('_', ' ')} {value}" for name, value in result["settings"].items())
+
+
+def is_rival(result):
+    return result["kind"] == "rival"
+
+
+def rows_of(results):
+    """What the table shows: each method's own settings, and every rival."""
+    return sorted((r for r in results if r["is_default"] or is_rival(r)), key=lambda r: r["time_ms"]["median"])
+
+
+def table(data):
+    lines = []
+    for scene in data["scenes"]:
+        for light in scene["lights"]:
+            lines += [f"**{scene['name']}**, {scene['triangles']} triangles, {scene['resolution'][0]}×{scene['resolution'][1]} pixels",
+                      "", "| | ms | penumbra rmse | rays need, ms |", "|---|---:|---:|---:|"]
+            for r in rows_of(light["results"]):
+                star = "★ " if r["pareto"] else ""
+                need = r["rays_time_at_error_ms"]
+                need = "" if is_rival(r) else "more than measured" if need is None else f"{need:.3g}"
+                lines.append(f"| {star}`{r['method']}` {settings_text(r)} | {r['time_ms']['median']:.3g} |"
+                             f" {r['figures']['penumbra_rmse']:.4f} | {need} |")
+            lines.append("")
+    return lines
+
+
+def words(data):
+    """Where rays win and where not, plainly."""
+    lines = []
+    for scene in data["scenes"]:
+        for light in scene["lights"]:
+            results = light["results"]
+            ours = [r for r in results if not is_rival(r)]
+            front = sorted({r["method"] for r in ours if r["pareto"]})
+            beaten = sorted({r["method"] for r in ours} - set(front))
+            rays = [r for r in results if is_rival(r)]
+            best = min((r["figures"]["penumbra_rmse"] for r in ours), default=math.inf)
+            below = [r for r in rays if r["figures"]["penumbra_rmse"] < best]
+            text = f"{scene['name']}: not beaten by anything: {', '.join(front) or 'none of the methods'}"
+            if beaten:
+                text += f"; beaten in every setting: {', '.join(beaten)}"
+            if below:
+                first = min(below, key=lambda r: r["time_ms"]["median"])
+                text += f". Rays win below an error of {best:.3g}: {first['method']} ({settings_text(first)}) in {first['time_ms']['median']:.3g} ms"
+            lines.append(f"- {text}.")
+    return lines + [""]
+
+
+def plot(data):
+    panels = [(scene, light) for scene in data["scenes"] for light in scene["lights"]]
+    shown = {id(light): [r for r in light["results"] if r["figures"]["penumbra_rmse"] > 0] for _, light in panels}
+    panels = [(scene, light) for scene, light in panels if shown[id(light)]]
+    if not panels:
+        raise SystemExit("readme_figures: expected a report with penumbrae (found none to plot)")
+    methods = list(dict.fromkeys(r["method"] for _, light in panels for r in light["results"] if not is_rival(r)))
+    everything = [r for _, light in panels for r in shown[id(light)]]
+    x_range = [f(r["time_ms"]["median"] for r in everything) * k for f, k in ((min, 0.8), (max, 1.25))]
+    y_range = [f(r["figures"]["penumbra_rmse"] for r in everything) * k for f, k in ((min, 0.8), (max, 1.3))]
+
+    def along(value, limits):
+        return math.log(value / limits[0]) / math.log(limits[1] / limits[0])
+
+    def ticks(limits):
+        values = [m * 10.0 ** e for e in range(-6, 7) for m in (1, 2, 5)]
+        return [v for v in values if limits[0] <= v <= limits[1]]
+
+    columns = min(2, len(panels))
+    rows = -(-len(panels) // columns)
+    legend_height = 24 * -(-(len(methods) + 2) // (3 * columns)) + 8
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {columns * WIDTH} {rows * HEIGHT + legend_height}" '
+           'font-family="system-ui, sans-serif" font-size="11" role="img">',
+           "<title>Time against penumbra error of every method and of rays</title>",
+           f'<rect width="{columns * WIDTH}" height="{rows * HEIGHT + legend_height}" fill="#ffffff"/>']
+
+    def point(method, rival, x, y, beaten):
+        fill = "#c3c7cc" if beaten else "#30343a" if rival else COLORS[methods.index(method) % len(COLORS)]
+        if rival:
+            shape = "-5,4 5,4 0,-5" if method != "rays" else "0,-6 4.5,0 0,6 -4.5,0"
+            return f'<polygon points="{shape}" transform="translate({x:.1f},{y:.1f})" fill="{fill}">'
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{fill}">'
+
+    for i, (scene, light) in enumerate(panels):
+        x0, y0 = i % columns * WIDTH, i // columns * HEIGHT
+        inner_width, inner_height = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+
+        def place(r):
+            return (x0 + LEFT + inner_width * along(r["time_ms"]["median"], x_range),
+                    y0 + TOP + inner_height * (1 - along(r["figures"]["penumbra_rmse"], y_range)))
+
+        name = scene["name"] + (f", {light['name']}" if len(scene["lights"]) > 1 else "")
+        out.append(f'<text x="{x0 + LEFT}" y="{y0 + 18}" font-weight="600" font-size="13" fill="#1c1f23">{html.escape(name)}</text>')
+        for value in ticks(x_range):
+            x = x0 + LEFT + inner_width * along(value, x_range)
+            out.append(f'<path d="M{x:.1f},{y0 + TOP}v{inner_height}" stroke="#e3e5e8"/>'
+                       f'<text x="{x:.1f}" y="{y0 + HEIGHT - BOTTOM + 14}" text-anchor="middle" fill="#5d646d">{value:g}</text>')
+        for value in ticks(y_range):
+            y = y0 + TOP + inner_height * (1 - along(value, y_range))
+            out.append(f'<path d="M{x0 + LEFT},{y:.1f}h{inner_width}" stroke="#e3e5e8"/>'
+                       f'<text x="{x0 + LEFT - 5}" y="{y + 4:.1f}" text-anchor="end" fill="#5d646d">{value:g}</text>')
+        out.append(f'<text x="{x0 + WIDTH - RIGHT}" y="{y0 + HEIGHT - 6}" text-anchor="end" fill="#5d646d">'
+                   "time, ms; upwards: penumbra rmse; lower left is better</text>")
+        results = shown[id(light)]
+        front = sorted((r for r in results if r["pareto"]), key=lambda r: r["time_ms"]["median"])
+        steps = "".join((f"M{x:.1f},{y:.1f}" if k == 0 else f"H{x:.1f}V{y:.1f}") for k, (x, y) in enumerate(map(place, front)))
+        out.append(f'<path d="{steps}" fill="none" stroke="#30343a" stroke-dasharray="4 3"/>')
+        for r in sorted(results, key=lambda r: r["pareto"]):
+            shape = point(r["method"], is_rival(r), *place(r), not r["pareto"])
+            tag = shape[1:shape.index(" ")]
+            out.append(f"{shape}<title>{html.escape(r['label'])}</title></{tag}>")
+
+    rivals = list(dict.fromkeys(r["method"] for _, light in panels for r in light["results"] if is_rival(r)))
+    for k, name in enumerate(methods + rivals):
+        x = 16 + k % (3 * columns) * (WIDTH // 3)
+        y = rows * HEIGHT + 14 + k // (3 * columns) * 24
+        shape = point(name, name in rivals, x, y, False)
+        out.append(f'{shape}</{shape[1:shape.index(" ")]}><text x="{x + 11}" y="{y + 4}" fill="#1c1f23">{html.escape(name)}</text>')
+    return "\n".join(out + ["</svg>", ""])
+
+
+def main():
+    if len(sys.argv) != 2:
+        raise SystemExit(__doc__.strip())
+    data = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    if not data.get("complete"):
+        raise SystemExit(f"readme_figures: {sys.argv[1]}: expected a complete report (this one was interrupted); run report again")
+    readme = ROOT / "README.md"
+    text = readme.read_text()
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    if not rest or not after:
+        raise SystemExit(f"readme_figures: {readme}: expected the lines '{BEGIN.strip()}' and '{END.strip()}'")
+    device = data["device"]
+    section = [f"![Time against error]({PLOT})", "",
+               f"On {device['name']} ({device['platform']}, driver {device['driver']}), rays on {data['host']}, version {data['version']},"
+               f" {data['date'][:10]}. ★: neither faster nor better is to be had among all that was measured; methods with their own settings.", ""]
+    section += table(data) + words(data)
+    (ROOT / PLOT).parent.mkdir(exist_ok=True)
+    (ROOT / PLOT).write_text(plot(data))
+    readme.write_text(before + BEGIN + "\n" + "\n".join(section) + END + after)
+
+
+if __name__ == "__main__":
+    main()
