@@ -50,6 +50,10 @@ std::string_view name_of(Method method) {
   return info_of(method).name;
 }
 
+unsigned chosen_samples(const Settings& settings) {
+  return settings.samples.value_or(settings.method == Method::exact ? 256 : 64);
+}
+
 Falloff chosen_falloff(const Settings& settings) {
   const MethodInfo& info = info_of(settings.method);
   return settings.falloff.value_or(settings.faithful ? info.faithful_falloff : info.falloff);

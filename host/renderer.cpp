@@ -440,14 +440,14 @@ struct Renderer::State {
     const HsView& view = list.view;
     const cl_uint tiles = tiles_of(view);
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
-    const DiscSamples& samples = samples_of(settings.samples);
+    const DiscSamples& samples = samples_of(chosen_samples(settings));
     HsDisc disc{};
     disc.radius = static_cast<float>(light.radius);
     disc.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
     disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
     disc.table_per_turn = samples.per_turn;
-    disc.sample_count = settings.samples;
+    disc.sample_count = chosen_samples(settings);
     disc.rotated = settings.sample_pattern == SamplePattern::rotated;
 
     // A cut for every triangle that passes through the light's plane, at worst.
@@ -583,8 +583,8 @@ struct Renderer::State {
   /// Shadow map after shadow map, each from another point of the disc; `out` counts those that see a pixel, then holds the mean.
   void draw_samples(bool has_depth, glm::uvec2 size_px, const Light& light, const LightView& fitted, const Settings& settings,
                     const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
-    for (cl_uint i = 0; i < settings.samples; ++i) {
-      const Light point = light_sample(light, fitted, i, settings.samples);
+    for (cl_uint i = 0; i < chosen_samples(settings); ++i) {
+      const Light point = light_sample(light, fitted, i, chosen_samples(settings));
       const LightView from = fit_light_view(point, placed, settings.light_resolution_px, device->tile_px);
       const cl_uint casts = !from.casters.empty();
       if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
@@ -594,7 +594,7 @@ struct Renderer::State {
                     plane);
     }
     launch_pixels("receive_samples_end", size_px, whole_cone_view(light), receiver_view(scene.camera, light, has_depth),
-                  depth_or_position, normals, static_cast<cl_uint>(settings.samples), out, plane);
+                  depth_or_position, normals, static_cast<cl_uint>(chosen_samples(settings)), out, plane);
   }
 
   /// Every pass of one light over a G-buffer.
@@ -617,7 +617,7 @@ struct Renderer::State {
       draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
     else if (!casts)
       receive("receive_all");
-    else if (settings.method == Method::light_samples && settings.samples > 1 && light.radius > 0.0)
+    else if (settings.method == Method::light_samples && chosen_samples(settings) > 1 && light.radius > 0.0)
       draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
@@ -676,10 +676,10 @@ struct Renderer::State {
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
     if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
       throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
-    if (settings.samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
-    if (settings.method == Method::exact && settings.samples != 16 && settings.samples != 64 && settings.samples != 256 &&
-        settings.samples != HS_MAX_SAMPLES)
-      throw InputError(fmt::format("{}: {} samples: method exact takes 16, 64, 256 or 1024", caller, settings.samples));
+    const unsigned samples = chosen_samples(settings);
+    if (samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
+    if (settings.method == Method::exact && samples != 16 && samples != 64 && samples != 256 && samples != HS_MAX_SAMPLES)
+      throw InputError(fmt::format("{}: {} samples: expected 16, 64, 256 or 1024", caller, samples));
     if (!(settings.smoothie_width >= 0.0 && settings.smoothie_width <= 2.0))
       throw InputError(fmt::format("{}: smoothie width {}: expected 0 (from the light's radius) to 2, the whole map", caller,
                                    settings.smoothie_width));

@@ -87,12 +87,12 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
   command.add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024 (default: {})", defaults.layers))->option_text("N");
-  command.add_flag("--faithful", faithful, "As published, without this program's improvements");
   command
-      .add_option(
-          "--samples", samples,
-          fmt::format("light-samples, exact: points of the light; exact: 16, 64, 256 or 1024 (default: {})", defaults.samples))
+      .add_option("--samples", samples,
+                  fmt::format("Points of the light (default: light-samples {}, exact {})",
+                              chosen_samples({.method = Method::light_samples}), chosen_samples({.method = Method::exact})))
       ->option_text("N");
+  command.add_flag("--faithful", faithful, "As published, without this program's improvements");
   command
       .add_option("--sample-pattern", sample_pattern,
                   fmt::format("exact: fixed, or rotated from pixel to pixel (default: {})", name_of(defaults.sample_pattern)))
@@ -113,7 +113,7 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
                                      {"faithful", faithful ? "yes" : ""},
                                      {"samples", samples},
                                      {"sample-pattern", sample_pattern},
-                                     {"alias-free", alias_free ? "yes" : ""}}) {
+                                     {"alias-free", alias_free ? "on" : ""}}) {
     const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
     if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
     std::vector<std::string_view> names, heeding;
@@ -141,9 +141,10 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   if (!samples.empty()) settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 1, largest_sample_count));
   settings.faithful = faithful;
 
-  const auto counts_samples = [](unsigned n) { return n == 16 || n == 64 || n == 256 || n == 1024; };
-  if (!counts_samples(settings.samples) && std::find(chosen.begin(), chosen.end(), Method::exact) != chosen.end())
-    throw InputError(fmt::format("--samples: exact takes 16, 64, 256 or 1024 (found '{}')", samples));
+  const bool exact = std::find(chosen.begin(), chosen.end(), Method::exact) != chosen.end();
+  if (exact && settings.samples && *settings.samples != 16 && *settings.samples != 64 && *settings.samples != 256 &&
+      *settings.samples != 1024)
+    throw InputError(fmt::format("--samples: method exact: expected 16, 64, 256 or 1024 (found '{}')", samples));
   if (!sample_pattern.empty()) settings.sample_pattern = sample_pattern_from_name(sample_pattern);
   settings.alias_free = alias_free;
 
@@ -184,7 +185,7 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
   }
   if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
   if (heeds(info, "layers")) entries.emplace_back("layers", fmt::format("{}", settings.layers));
-  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", settings.samples));
+  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", chosen_samples(settings)));
   if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
   if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
   if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");

@@ -229,14 +229,17 @@ struct Settings {
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
   unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
-  bool faithful = false;                ///< as published, where this implementation knows better (see MethodInfo::options)
-  unsigned samples = 256;               ///< points of the light: any number (light_samples); 16, 64, 256 or 1024 (exact)
-  SamplePattern sample_pattern = SamplePattern::fixed;
+  /// Points of the light's disc: method light_samples, at least 1 (64 by default); method exact, 16, 64, 256 or 1024 (256).
+  std::optional<unsigned> samples = {};
+  bool faithful = false;  ///< as published, where this implementation knows better (see MethodInfo::options)
+  SamplePattern sample_pattern = SamplePattern::fixed;  ///< method exact
   bool alias_free = false;  ///< decide every pixel by geometry, those far from any penumbra too (method exact)
 };
 
 /// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
 Falloff chosen_falloff(const Settings& settings);
+/// The number of samples that a method is drawn with.
+unsigned chosen_samples(const Settings& settings);
 
 // ------------------------------------------------------------------------------------------------------------- renderer
 
