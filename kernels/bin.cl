@@ -46,7 +46,9 @@ inline int clip_triangle(const HsView view, float3 a, float3 b, float3 c, int4* 
 inline int first_texel(int fixed_px, uint mid_px) {
   return ((fixed_px + HS_SUBPIXEL / 2 - 1) >> HS_SUBPIXEL_BITS) + (int)mid_px;
 }
-inline int last_texel(int fixed_px, uint mid_px) { return ((fixed_px - HS_SUBPIXEL / 2) >> HS_SUBPIXEL_BITS) + (int)mid_px; }
+inline int last_texel(int fixed_px, uint mid_px) {
+  return ((fixed_px - HS_SUBPIXEL / 2) >> HS_SUBPIXEL_BITS) + (int)mid_px;
+}
 
 // The tiles a triangle may touch; none if it covers no texel centre, is culled or has a vertex that is not finite.
 inline ushort4 triangle_rect(const HsView view, uint3 corner, uint cull, __global const float4* vertices_vs,
@@ -67,7 +69,8 @@ inline ushort4 triangle_rect(const HsView view, uint3 corner, uint cull, __globa
       return (ushort4)(0);
     }
     int4 polygon[HS_CLIP_VERTICES];
-    const int count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
+    const int count =
+        clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
     if (count < 3) return (ushort4)(0);
     low = high = polygon[0].xy;
     for (int i = 1; i < count; ++i) {
@@ -95,8 +98,7 @@ __kernel void bound_triangles(const HsView view, __global const HsBlock* blocks,
 // Counts to offsets: offsets[t] = sum of counts before t, offsets[tile_count] = total; counts become the fill's cursors.
 // One work-group; each work-item sums a run of tiles, the first one scans the runs.
 #define HS_SCAN_ITEMS 64
-__kernel __attribute__((reqd_work_group_size(HS_SCAN_ITEMS, 1, 1))) void scan_tiles(const uint tile_count,
-                                                                                    __global uint* counts,
+__kernel __attribute__((reqd_work_group_size(HS_SCAN_ITEMS, 1, 1))) void scan_tiles(const uint tile_count, __global uint* counts,
                                                                                     __global uint* offsets) {
   __local uint run_totals[HS_SCAN_ITEMS];
   const uint run = (tile_count + HS_SCAN_ITEMS - 1) / HS_SCAN_ITEMS;
@@ -126,7 +128,8 @@ __kernel void fill_triangles(const HsView view, __global const HsBlock* blocks, 
 
 // refs: feature indices, layer by layer and tile by tile. Any number of work-items.
 __kernel void fill_features(const HsView view, __global const HsStatus* status, __global const HsFeature* features,
-                            __global const ushort4* rects, __global uint* tile_cursors, __global uint* refs, const uint capacity) {
+                            __global const ushort4* rects, __global uint* tile_cursors, __global uint* refs,
+                            const uint capacity) {
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
     const uint layer = features[i].kind_and_layer >> HS_FEATURE_KIND_BITS;
     fill_rect(rects[i], view.tiles_x, i, tile_cursors + layer * (view.tiles_x * view.tiles_y), refs, capacity);

@@ -40,8 +40,10 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
 // p[i] and p[i + 1]: one 8-byte load serves both.
 HS_INLINE void v_gather_pair(__global const float* p, int16 i, float16* left, float16* right) {
 #define HS_PAIR(k) as_ulong(vload2(0, p + i.k))
-  const float16 a = as_float16((ulong8)(HS_PAIR(s0), HS_PAIR(s1), HS_PAIR(s2), HS_PAIR(s3), HS_PAIR(s4), HS_PAIR(s5), HS_PAIR(s6), HS_PAIR(s7)));
-  const float16 b = as_float16((ulong8)(HS_PAIR(s8), HS_PAIR(s9), HS_PAIR(sa), HS_PAIR(sb), HS_PAIR(sc), HS_PAIR(sd), HS_PAIR(se), HS_PAIR(sf)));
+  const float16 a = as_float16(
+      (ulong8)(HS_PAIR(s0), HS_PAIR(s1), HS_PAIR(s2), HS_PAIR(s3), HS_PAIR(s4), HS_PAIR(s5), HS_PAIR(s6), HS_PAIR(s7)));
+  const float16 b = as_float16(
+      (ulong8)(HS_PAIR(s8), HS_PAIR(s9), HS_PAIR(sa), HS_PAIR(sb), HS_PAIR(sc), HS_PAIR(sd), HS_PAIR(se), HS_PAIR(sf)));
 #undef HS_PAIR
   *left = (float16)(a.even, b.even);
   *right = (float16)(a.odd, b.odd);
@@ -53,7 +55,7 @@ HS_INLINE void v_gather_pair(__global const float* p, int16 i, float16* left, fl
 // The same, column blocks outside, rows inside: what depends on x alone is worked out once a block.
 #define HS_FOR_COLUMNS(x, x0, x1) for (int x = (x0); x <= (x1); x += 16)
 #define HS_FOR_ROWS(y, y0, y1) for (int y = (y0); y <= (y1); ++y)
-#define HS_SLOT(x, y) ((y) * HS_ROW + (x))
+#define HS_SLOT(x, y) ((y)*HS_ROW + (x))
 #else
 typedef float vfloat;
 typedef int vint;
@@ -207,7 +209,9 @@ HS_INLINE int2 tile_origin_px(const HsView view) {
 
 // A list of things that touch each tile: the references of tile t are refs[offsets[t] .. offsets[t+1]).
 // Where the total is more than the buffer holds, refs is unusable and the tile goes through all rects instead: slow, but whole.
-HS_INLINE bool bins_overflow(__global const uint* offsets, uint tile_count, uint capacity) { return offsets[tile_count] > capacity; }
+HS_INLINE bool bins_overflow(__global const uint* offsets, uint tile_count, uint capacity) {
+  return offsets[tile_count] > capacity;
+}
 
 // The tiles a primitive may touch: x0, y0 inclusive, x1, y1 exclusive; all 0 for none.
 HS_INLINE bool rect_has(ushort4 rect, uint tile, uint tiles_x) {
@@ -263,10 +267,23 @@ inline bool sort_corners(float3* a, float3* b, float3* c) {
 #define HS_LESS(p, q) ((p).x < (q).x || ((p).x == (q).x && ((p).y < (q).y || ((p).y == (q).y && (p).z < (q).z))))
   bool odd = false;
   float3 t;
-  if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+  if (HS_LESS(*b, *a)) {
+    t = *a;
+    *a = *b;
+    *b = t;
+    odd = !odd;
+  }
   if (HS_LESS(*c, *b)) {
-    t = *b; *b = *c; *c = t; odd = !odd;
-    if (HS_LESS(*b, *a)) { t = *a; *a = *b; *b = t; odd = !odd; }
+    t = *b;
+    *b = *c;
+    *c = t;
+    odd = !odd;
+    if (HS_LESS(*b, *a)) {
+      t = *a;
+      *a = *b;
+      *b = t;
+      odd = !odd;
+    }
   }
 #undef HS_LESS
   return odd;

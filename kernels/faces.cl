@@ -8,9 +8,9 @@ inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
   return odd ? -n : n;
 }
 
-// sides: uchar a triangle, one bit for the side of its plane that the light is on: 1 where n . (light - a) >= 0 for n formed in light
-// space, whose axes are left-handed (for an outward face of a solid, 1 is turned away). Decided here, once, and read by every edge:
-// whatever rounding does to a face seen edge-on, silhouettes form closed loops.
+// sides: uchar a triangle, one bit for the side of its plane that the light is on: 1 where n . (light - a) >= 0 for n formed in
+// light space, whose axes are left-handed (for an outward face of a solid, 1 is turned away). Decided here, once, and read by
+// every edge: whatever rounding does to a face seen edge-on, silhouettes form closed loops.
 __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
                            __global uchar* sides) {
   const HsBlock block = blocks[get_group_id(0)];
@@ -25,8 +25,9 @@ __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* 
 
 // normals: float4 a triangle: unit geometric normal in world space on the side that the camera sees (0 for a face without area);
 // w = 1 where the mesh receives shadows. Not written for triangles that touch no tile.
-__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const ushort4* rects, __global const uint* triangles,
-                           __global const float4* vertices_vs, __global const float4* materials, __global float4* normals) {
+__kernel void face_normals(const HsView view, __global const HsBlock* blocks, __global const ushort4* rects,
+                           __global const uint* triangles, __global const float4* vertices_vs, __global const float4* materials,
+                           __global float4* normals) {
   const HsBlock block = blocks[get_group_id(0)];
   if (get_local_id(0) < block.count && rects[get_global_id(0)].z != 0) {
     const uint triangle = block.first + get_local_id(0);

@@ -9,10 +9,11 @@ HS_INLINE vfloat sin_pi(vfloat y) {
 // asin(u) for |u| <= 1, to 3e-8 (Abramowitz & Stegun 4.4.46).
 HS_INLINE vfloat arc_sine(vfloat u) {
   const vfloat x = fabs(u);
-  const vfloat p = 1.5707963050f +
-                   x * (-0.2145988016f +
-                        x * (0.0889789874f +
-                             x * (-0.0501743046f + x * (0.0308918810f + x * (-0.0170881256f + x * (0.0066700901f - x * 0.0012624911f))))));
+  const vfloat p =
+      1.5707963050f +
+      x * (-0.2145988016f +
+           x * (0.0889789874f +
+                x * (-0.0501743046f + x * (0.0308918810f + x * (-0.0170881256f + x * (0.0066700901f - x * 0.0012624911f))))));
   return copysign(M_PI_2_F - sqrt(1.0f - x) * p, u);
 }
 

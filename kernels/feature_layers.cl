@@ -21,8 +21,8 @@ __kernel void count_sublayers(const HsView view, __global const uint* silhouette
     atomic_inc(&counts[sublayer_at(view, middle_z(edges[silhouettes[i]], vertices_ls))]);
 }
 
-// sublayer_layers: uint[HS_SUBLAYERS]: the layer that each sub-layer is merged into. caster_range: float[2]: where the silhouettes begin,
-// and caster_bits to a unit of depth. One work-item.
+// sublayer_layers: uint[HS_SUBLAYERS]: the layer that each sub-layer is merged into. caster_range: float[2]: where the
+// silhouettes begin, and caster_bits to a unit of depth. One work-item.
 __kernel void merge_sublayers(const HsView view, const uint layer_count, __global const HsStatus* status,
                               __global const uint* counts, __global uint* sublayer_layers, __global float* caster_range) {
   const ulong total = max(status->silhouette_count, 1u);
@@ -47,8 +47,8 @@ HS_INLINE uint caster_bit(__global const float* caster_range, float z) {
   return (uint)clamp((z - caster_range[0]) * caster_range[1], 0.0f, HS_CASTER_BITS - 1.0f);
 }
 
-// near_layers: uchar a tile and layer: 1 if a 2x2 footprint that begins in the tile can meet a fin of that layer. near_any: uchar a
-// tile: of any. Both must be 0 before. Any number of work-items.
+// near_layers: uchar a tile and layer: 1 if a 2x2 footprint that begins in the tile can meet a fin of that layer. near_any: uchar
+// a tile: of any. Both must be 0 before. Any number of work-items.
 __kernel void flag_near_layers(const HsView view, __global const HsStatus* status, __global const HsFeature* features,
                                __global const ushort4* rects, __global uchar* near_layers, __global uchar* near_any) {
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {

@@ -1,8 +1,9 @@
 // Silhouette edges to fin geometry in the light map: one quad an edge, sectors at the corners.
 // Chan & Durand 2003 §3 step 3; Cai et al. 2006 §3.1. All fin methods share it.
 
-// How far from the feature's edge, in texels, it can matter to the farthest receiver: the penumbra's half-width w(Lb, L0) there, which
-// is where Chan & Durand's alpha' (Eq. 1) reaches 1, the radius of Wyman & Hansen's cone (§2.1), and the width of Cai's fins (Eq. 3).
+// How far from the feature's edge, in texels, it can matter to the farthest receiver: the penumbra's half-width w(Lb, L0) there,
+// which is where Chan & Durand's alpha' (Eq. 1) reaches 1, the radius of Wyman & Hansen's cone (§2.1), and the width of Cai's
+// fins (Eq. 3).
 HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   const float beyond = fmax(d - d_far, 0.0f);
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
@@ -29,8 +30,8 @@ HS_INLINE void bound_sector(float2 apex, float2 h0, float2 h1, float reach, floa
   *high = fmax(*high, apex);
 }
 
-// How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide there,
-// which holds for a sphere no larger than that, and for gently sloping surfaces.
+// How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide
+// there, which holds for a sphere no larger than that, and for gently sloping surfaces.
 HS_INLINE float caster_depth(const HsView view, const HsFinShape shape, float d) {
   return 4.0f * reach_px(shape, d, view.d_far) / (view.px_from_q.x * d);
 }
@@ -43,8 +44,8 @@ HS_INLINE ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
   return rect_of_texels(view, first.x, first.y, last.x, last.y);
 }
 
-HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 rect, __global HsFeature* features, __global ushort4* rects,
-                 __global uint* tile_counts, __global HsStatus* status) {
+HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 rect, __global HsFeature* features,
+                    __global ushort4* rects, __global uint* tile_counts, __global HsStatus* status) {
   const bool reaches = rect.x < rect.z;
   if (reaches) {
     const uint i = atomic_inc(&status->feature_count);
@@ -56,8 +57,8 @@ HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 re
 }
 
 HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer, uint kind, float3 apex, float2 h0, float2 h1,
-                        __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
-                        __global HsStatus* status) {
+                           __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
+                           __global HsStatus* status) {
   const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
   const float reach = reach_px(shape, apex.z, view.d_far);
   float2 low, high;
@@ -68,7 +69,8 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
 // A vertex in texels, where the rasterizer drew it: fins begin exactly where coverage ends.
 HS_INLINE float3 drawn_px(const HsView view, float3 p_ls, int4 vertex_px) {
   if (vertex_px.w != 0) return project_px(view, p_ls);
-  return (float3)(convert_float2(vertex_px.xy) * (1.0f / HS_SUBPIXEL) + (float2)(view.mid_x_px, view.mid_y_px), as_float(vertex_px.z));
+  return (float3)(convert_float2(vertex_px.xy) * (1.0f / HS_SUBPIXEL) + (float2)(view.mid_x_px, view.mid_y_px),
+                  as_float(vertex_px.z));
 }
 
 // A silhouette edge at a vertex, in texels: the unit direction that leads into the vertex along it, and the outward unit normal.
@@ -77,7 +79,7 @@ typedef struct {
 } EdgeAtVertex;
 
 HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, int multiplicity,
-                                   __global const float4* vertices_ls, __global const int4* vertices_px, float3 apex_px) {
+                                      __global const float4* vertices_ls, __global const int4* vertices_px, float3 apex_px) {
   // The other end may lie before the near plane: the direction comes from a point of the edge that does not.
   const uint other = ends.x == vertex ? ends.y : ends.x;
   const float3 v = vertices_ls[vertex].xyz;
@@ -101,11 +103,12 @@ HS_INLINE float2 half_plane(float2 edge, float2 inside) {
   return dot(normal, inside) >= 0.0f ? normal : -normal;
 }
 
-// True where a silhouette's outward side is covered by the same caster, so that no shadow ends there: a fold of the mesh's outline, or an
-// edge beneath the surface. Its fins would brighten the umbra, or darken what the true outline's inner fins brighten.
-// The same caster's, if its surface is not much nearer than the silhouette: see caster_depth. In one layer any other's will do.
-HS_INLINE bool hidden_at(const HsView view, const HsFinShape shape, __global const float* shadow_map, float2 silhouette_px, float2 outward,
-                      float d) {
+// True where a silhouette's outward side is covered by the same caster, so that no shadow ends there: a fold of the mesh's
+// outline, or an edge beneath the surface. Its fins would brighten the umbra, or darken what the true outline's inner fins
+// brighten. The same caster's, if its surface is not much nearer than the silhouette: see caster_depth. In one layer any other's
+// will do.
+HS_INLINE bool hidden_at(const HsView view, const HsFinShape shape, __global const float* shadow_map, float2 silhouette_px,
+                         float2 outward, float d) {
   const int2 texel = convert_int2_rtn(silhouette_px + 1.5f * outward);
   if (texel.x < 0 || texel.y < 0 || texel.x >= (int)view.width_px || texel.y >= (int)view.height_px) return false;
   const float z_map = shadow_map[texel.y * view.width_px + texel.x], z = 1.0f / d;
@@ -113,12 +116,13 @@ HS_INLINE bool hidden_at(const HsView view, const HsFinShape shape, __global con
 }
 
 // One corner: called by the first silhouette edge of the vertex, so that each vertex is done once.
-HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint layer, uint vertex, uint owner, __global const uint2* edges,
-                         __global const uint* edge_face_offsets, __global const uint* edge_faces, __global const uint* triangles,
-                         __global const uint* vertex_edge_offsets, __global const uint* vertex_edges,
-                         __global const char* multiplicities, __global const float4* vertices_ls, __global const int4* vertices_px,
-                         __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects,
-                         __global uint* tile_counts, __global HsStatus* status) {
+HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint layer, uint vertex, uint owner,
+                            __global const uint2* edges, __global const uint* edge_face_offsets, __global const uint* edge_faces,
+                            __global const uint* triangles, __global const uint* vertex_edge_offsets,
+                            __global const uint* vertex_edges, __global const char* multiplicities,
+                            __global const float4* vertices_ls, __global const int4* vertices_px,
+                            __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects,
+                            __global uint* tile_counts, __global HsStatus* status) {
   const float3 v = vertices_ls[vertex].xyz;
   if (!(v.z >= view.znear)) return;
   const uint begin = vertex_edge_offsets[vertex], end = vertex_edge_offsets[vertex + 1];
@@ -141,12 +145,12 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
       return;
     const float diverging = dot(e0.outward + e1.outward, e0.into + e1.into);
     if (diverging > 0.0f || (diverging < 0.0f && shape.two_sided))
-      emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.into, e1.into, features, rects,
-                  tile_counts, status);
+      emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.into, e1.into,
+                  features, rects, tile_counts, status);
   } else if (count > 2) {
     // "We average the adjacent face normals to obtain a shared vertex normal n [...] Then we draw triangles that connect n with
-    // each of the adjacent smoothie edges" (Chan & Durand §3). As it turns with the point on the surface, q = p.xy/p.z moves along
-    // (n.x - q.x n.z, n.y - q.y n.z).
+    // each of the adjacent smoothie edges" (Chan & Durand §3). As it turns with the point on the surface, q = p.xy/p.z moves
+    // along (n.x - q.x n.z, n.y - q.y n.z).
     float3 normal = (float3)(0.0f);
     for (uint i = begin; i < end; ++i) {
       const uint edge = vertex_edges[i];
@@ -183,22 +187,24 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
   }
 }
 
-// features, rects: one a feature, in no particular order; tile_counts, a row of tiles a layer, must be 0. Any number of work-items.
-__kernel void build_features(const HsView view, const HsFinShape shape, const uint layer_count, __global const uint* sublayer_layers, __global const uint* silhouettes,
-                             __global const uint2* edges, __global const uint* edge_face_offsets, __global const uint* edge_faces,
+// features, rects: one a feature, in no particular order; tile_counts, a row of tiles a layer, must be 0. Any number of
+// work-items.
+__kernel void build_features(const HsView view, const HsFinShape shape, const uint layer_count,
+                             __global const uint* sublayer_layers, __global const uint* silhouettes, __global const uint2* edges,
+                             __global const uint* edge_face_offsets, __global const uint* edge_faces,
                              __global const uint* triangles, __global const uint* vertex_edge_offsets,
                              __global const uint* vertex_edges, __global const char* multiplicities,
                              __global const float4* vertices_ls, __global const int4* vertices_px,
-                             __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
-                             __global HsStatus* status) {
+                             __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects,
+                             __global uint* tile_counts, __global HsStatus* status) {
   for (uint i = get_global_id(0); i < status->silhouette_count; i += get_global_size(0)) {
     const uint edge = silhouettes[i];
     const uint2 ends = edges[edge];
     const uint layer = layer_count == 1 ? 0 : layer_at(view, sublayer_layers, middle_z(ends, vertices_ls));
     for (int end = 0; end < 2; ++end)
       build_corner(view, shape, layer, end == 0 ? ends.x : ends.y, edge, edges, edge_face_offsets, edge_faces, triangles,
-                   vertex_edge_offsets, vertex_edges, multiplicities, vertices_ls, vertices_px, shadow_map, features, rects, tile_counts,
-                   status);
+                   vertex_edge_offsets, vertex_edges, multiplicities, vertices_ls, vertices_px, shadow_map, features, rects,
+                   tile_counts, status);
 
     float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
     if (!(fmax(a.z, b.z) > view.znear)) continue;

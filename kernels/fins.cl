@@ -1,5 +1,5 @@
-// Tile rasterization of silhouette features, and what each method makes of a texel's signed distance delta from a feature (positive
-// outside the caster) and of 1/Lb at the feature's nearest point.
+// Tile rasterization of silhouette features, and what each method makes of a texel's signed distance delta from a feature
+// (positive outside the caster) and of 1/Lb at the feature's nearest point.
 //
 // A tile's texels belong to one work-group, each to one work-item: minimum, maximum and nearest need no atomics and do not depend
 // on the order of features. Buffers are written in every tile that a 2x2 footprint which meets a feature's texel can touch; other
@@ -20,7 +20,8 @@ typedef struct {
 // Boxes and spans are wider than what they hold by more than their own rounding, and than HS_SLACK_PX.
 #define HS_SPAN_SLACK_PX (1.0f / 64.0f)
 
-HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, const HsFeature f, int2 tile_px, int x_end, int y_end) {
+HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, const HsFeature f, int2 tile_px, int x_end,
+                                     int y_end) {
   TileFeature t;
   t.a = (float2)(f.ax, f.ay) - convert_float2(tile_px) - 0.5f;
   t.ad = f.ad;
@@ -56,7 +57,8 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   }
   const int4 bounds_x = fabs(slope_x) > 1e-6f;
   t.span_is_low = slope_x > 0.0f;
-  t.span = select(select((float4)(none), (float4)(-none), t.span_is_low), t.a.x - (offset + HS_SPAN_SLACK_PX) / slope_x, bounds_x);
+  t.span =
+      select(select((float4)(none), (float4)(-none), t.span_is_low), t.a.x - (offset + HS_SPAN_SLACK_PX) / slope_x, bounds_x);
   t.span_step = select((float4)(0.0f), -slope_y / slope_x, bounds_x);
   low -= HS_SPAN_SLACK_PX;
   high += HS_SPAN_SLACK_PX;
@@ -68,8 +70,8 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
 }
 
 // Signed distance from the feature and 1/Lb at its nearest point, for the texels that begin at (x, y) of the tile. False where
-// another feature is nearer: beyond an edge's ends, outside a corner's sector. Neighbouring features overlap by what rounding could
-// have torn open between them.
+// another feature is nearer: beyond an edge's ends, outside a corner's sector. Neighbouring features overlap by what rounding
+// could have torn open between them.
 #define HS_SLACK_PX (1.0f / 1024.0f)
 HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
   const vfloat rx = v_float(x + v_iota) - f->a.x;
@@ -86,7 +88,8 @@ HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px
   return (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
 }
 
-// The texels of row y that a feature may reach, inclusive: most are long and thin, or slices of a disc, and fill little of their box.
+// The texels of row y that a feature may reach, inclusive: most are long and thin, or slices of a disc, and fill little of their
+// box.
 HS_INLINE int2 feature_span(const TileFeature* f, int y) {
   const float ry = (float)y - f->a.y;
   const float4 at = f->span + ry * f->span_step;
@@ -106,7 +109,7 @@ typedef struct {
 } FeatureTile;
 
 HS_INLINE FeatureTile feature_tile(const HsView view, uint layer, uint layer_count, __global const HsStatus* status,
-                                __global const uint* offsets, uint capacity) {
+                                   __global const uint* offsets, uint capacity) {
   FeatureTile t;
   const uint tile = get_group_id(0), tx = tile % view.tiles_x, ty = tile / view.tiles_x, tile_count = view.tiles_x * view.tiles_y;
   t.px = tile_origin_px(view);
@@ -125,8 +128,8 @@ HS_INLINE FeatureTile feature_tile(const HsView view, uint layer, uint layer_cou
 }
 
 // The next feature of a tile's list; false where it is another tile's or another layer's.
-HS_INLINE bool next_feature(const FeatureTile* tile, uint i, uint tiles_x, __global const uint* refs, __global const ushort4* rects,
-                         __global const HsFeature* features, HsFeature* f) {
+HS_INLINE bool next_feature(const FeatureTile* tile, uint i, uint tiles_x, __global const uint* refs,
+                            __global const ushort4* rects, __global const HsFeature* features, HsFeature* f) {
   *f = features[tile->overflow ? i : refs[i]];
   return !tile->overflow ||
          (rect_has(rects[i], get_group_id(0), tiles_x) && f->kind_and_layer >> HS_FEATURE_KIND_BITS == tile->layer);
@@ -142,31 +145,31 @@ HS_INLINE void flag_near_tiles(const HsView view, bool touched, __global uchar* 
   }
 }
 
-// Runs `prepare` for each `feature` of the tile, and the body for each run of texels it may reach, with `slot`, `delta_px`, `d` and
-// the mask `inside`.
-#define HS_FOR_FEATURE_TEXELS(tile, prepare, body)                                                   \
-  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                           \
-    HsFeature hs_stored;                                                                             \
-    if (!next_feature(&tile, hs_i, view.tiles_x, refs, rects, features, &hs_stored)) continue;       \
+// Runs `prepare` for each `feature` of the tile, and the body for each run of texels it may reach, with `slot`, `delta_px`, `d`
+// and the mask `inside`.
+#define HS_FOR_FEATURE_TEXELS(tile, prepare, body)                                                       \
+  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                               \
+    HsFeature hs_stored;                                                                                 \
+    if (!next_feature(&tile, hs_i, view.tiles_x, refs, rects, features, &hs_stored)) continue;           \
     const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
-    prepare                                                                                          \
-    HS_FOR_ROWS(hs_y, feature.y0, feature.y1) {                                                      \
-      const int2 hs_span = feature_span(&feature, hs_y);                                             \
-      HS_FOR_COLUMNS(hs_x, max(hs_span.x, feature.x0), min(hs_span.y, feature.x1)) {                 \
-        const int slot = HS_SLOT(hs_x, hs_y);                                                        \
-        vfloat delta_px, d;                                                                          \
-        const vint inside = near_feature(&feature, hs_x, hs_y, &delta_px, &d);                       \
-        body                                                                                         \
-      }                                                                                              \
-    }                                                                                                \
+    prepare HS_FOR_ROWS(hs_y, feature.y0, feature.y1) {                                                  \
+      const int2 hs_span = feature_span(&feature, hs_y);                                                 \
+      HS_FOR_COLUMNS(hs_x, max(hs_span.x, feature.x0), min(hs_span.y, feature.x1)) {                     \
+        const int slot = HS_SLOT(hs_x, hs_y);                                                            \
+        vfloat delta_px, d;                                                                              \
+        const vint inside = near_feature(&feature, hs_x, hs_y, &delta_px, &d);                           \
+        body                                                                                             \
+      }                                                                                                  \
+    }                                                                                                    \
   }
 
-// Runs the body for all texels of the tile, `valid` <= HS_LANES at a time: `slot` is the first one's, `texel` its index in the map.
-#define HS_FOR_TILE_TEXELS(tile, body)                                                             \
-  HS_FOR_TEXELS(hs_x, hs_y, 0, 0, tile.x_end - 1, tile.y_end - 1) {                                \
-    const int slot = HS_SLOT(hs_x, hs_y), valid = min(HS_LANES, tile.x_end - hs_x);                \
-    const size_t texel = (size_t)(tile.px.y + hs_y) * view.width_px + tile.px.x + hs_x;            \
-    body                                                                                           \
+// Runs the body for all texels of the tile, `valid` <= HS_LANES at a time: `slot` is the first one's, `texel` its index in the
+// map.
+#define HS_FOR_TILE_TEXELS(tile, body)                                                  \
+  HS_FOR_TEXELS(hs_x, hs_y, 0, 0, tile.x_end - 1, tile.y_end - 1) {                     \
+    const int slot = HS_SLOT(hs_x, hs_y), valid = min(HS_LANES, tile.x_end - hs_x);     \
+    const size_t texel = (size_t)(tile.px.y + hs_y) * view.width_px + tile.px.x + hs_x; \
+    body                                                                                \
   }
 
 // 1/Lr of what the shadow map holds at the tile's texels: the farthest receiver where it is empty.
@@ -176,8 +179,9 @@ HS_INLINE void load_receivers(const HsView view, const FeatureTile tile, __globa
 
 // ------------------------------------------------------------------------------------------------------------- smoothies
 
-// 1 - b/r at a texel, with b = 1/d the fin's depth and r = 1/d_receiver the receiver's, and alpha' = alpha / (1 - b/r) (Chan & Durand 2003
-// Eq. 1). Both vanish at contact, where the penumbra has no width: a fin texel with b >= r lies behind the surface and is dropped before.
+// 1 - b/r at a texel, with b = 1/d the fin's depth and r = 1/d_receiver the receiver's, and alpha' = alpha / (1 - b/r) (Chan &
+// Durand 2003 Eq. 1). Both vanish at contact, where the penumbra has no width: a fin texel with b >= r lies behind the surface
+// and is dropped before.
 HS_INLINE vfloat smoothie_alpha(const HsFinShape shape, vfloat distance_px, vfloat d, vfloat d_receiver) {
   const vfloat beyond = d - d_receiver;
   return shape.width_px > 0.0f ? distance_px * d / (shape.width_px * beyond) : distance_px / (shape.radius_px * beyond);
@@ -215,8 +219,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
 
 // --------------------------------------------------------------------------------------------------------- penumbra maps
 
-// Wyman & Hansen 2003 §2.1. At distance delta from a silhouette point of depth Zv, its cone (or the sheet between cones) lies at depth
-// Z_F with 1/Z_F = 1/Zv - delta/R: nothing need be tessellated. Behind the shadow map's surface Z_P it is discarded, else
+// Wyman & Hansen 2003 §2.1. At distance delta from a silhouette point of depth Zv, its cone (or the sheet between cones) lies at
+// depth Z_F with 1/Z_F = 1/Zv - delta/R: nothing need be tessellated. Behind the shadow map's surface Z_P it is discarded, else
 // I = (Z_F - Zv) / (Z_P - Zv) (Eq. 1). At contact, Z_P <= Zv, the cone lies behind the surface.
 // penumbra_map: float a texel: the darkest falloff(I), 1 where there is none.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_penumbra_map(
@@ -247,8 +251,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
 
 #define HS_EDGE_PX 1.0f
 
-// Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin, so
-// that the order of features does not matter.
+// Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin,
+// so that the order of features does not matter.
 HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, float* kept_s, float* kept_d) {
   const vfloat old_s = v_load(kept_s), old_d = v_load(kept_d);
   const vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
@@ -259,15 +263,15 @@ HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, float*
 // The depths at which the caster of a fin may stand: what an inner fin brightens may be shadowed by its own caster alone.
 HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, const TileFeature* f, __global const float* caster_range) {
   const float depth = caster_depth(view, shape, f->d_low);
-  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth), last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
+  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth),
+             last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
   return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
 }
 
-// Cai et al. 2006 §3.1 and §3.3: fins to either side of the silhouette, sized for the reference plane L0, the light's far plane (Eq. 3),
-// with the weight s0 = (1 - t) / 2 (Eq. 1) and beside it the fin's depth.
-// fins: float4 a texel: inner weight, inner 1/Lb, outer weight, outer 1/Lb; 1/Lb is 0 where there is none. A fin's own side begins
-// HS_EDGE_PX before the silhouette, there with weight 1/2: which side a texel is on the shadow map decides, and where outlines fold
-// it need not agree with a single edge.
+// Cai et al. 2006 §3.1 and §3.3: fins to either side of the silhouette, sized for the reference plane L0, the light's far plane
+// (Eq. 3), with the weight s0 = (1 - t) / 2 (Eq. 1) and beside it the fin's depth. fins: float4 a texel: inner weight, inner
+// 1/Lb, outer weight, outer 1/Lb; 1/Lb is 0 where there is none. A fin's own side begins HS_EDGE_PX before the silhouette, there
+// with weight 1/2: which side a texel is on the shadow map decides, and where outlines fold it need not agree with a single edge.
 // other_casters: uint a texel: depths with a caster that no inner fin belongs to; only for more than one layer.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_shadow_fins(
     const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
@@ -281,8 +285,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     int own_casters[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) inner_s[i] = outer_s[i] = inner_d[i] = outer_d[i] = d_receiver[i] = 0.0f;
     for (int i = 0; i < HS_TILE_STORAGE; ++i) own_casters[i] = 0;
-    // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers it
-    // counts for what lies deeper, unless the surface is its own caster's.
+    // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers
+    // it counts for what lies deeper, unless the surface is its own caster's.
     if (!layer.faithful) load_receivers(view, tile, shadow_map, d_receiver);
     HS_FOR_FEATURE_TEXELS(
         tile, const float own_depth = layer.count > 1 ? caster_depth(view, shape, feature.d_low) : INFINITY;
@@ -295,10 +299,12 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
           const vint matters = (d > d_r) | (1.0f / d - 1.0f / d_r > own_depth);
           keep_fin(is_inner, !layer.faithful, v_select(s, (vfloat)(0.5f), delta_px >= 0.0f), d, inner_s + slot, inner_d + slot);
           keep_fin(is_outer & matters, true, v_select(s, (vfloat)(0.5f), delta_px <= 0.0f), d, outer_s + slot, outer_d + slot);
-          if (casters != 0) v_store(v_load(own_casters + slot) | v_select((vint)(0), (vint)(casters), is_inner), own_casters + slot);
+          if (casters != 0)
+            v_store(v_load(own_casters + slot) | v_select((vint)(0), (vint)(casters), is_inner), own_casters + slot);
         })
     HS_FOR_TILE_TEXELS(tile, {
-      store_lanes4(v_load(inner_s + slot), v_load(inner_d + slot), v_load(outer_s + slot), v_load(outer_d + slot), fins, texel, valid);
+      store_lanes4(v_load(inner_s + slot), v_load(inner_d + slot), v_load(outer_s + slot), v_load(outer_d + slot), fins, texel,
+                   valid);
       for (int i = 0; i < valid; ++i)
         if (own_casters[slot + i] != 0) other_casters[texel + i] &= ~(uint)own_casters[slot + i];
     })

@@ -9,7 +9,9 @@ typedef struct {
   int x0, y0, x1, y1;   // texels of the tile that may be covered, inclusive
 } TileTriangle;
 
-HS_INLINE bool before_px(int4 p, int4 q) { return p.y < q.y || (p.y == q.y && (p.x < q.x || (p.x == q.x && p.z < q.z))); }
+HS_INLINE bool before_px(int4 p, int4 q) {
+  return p.y < q.y || (p.y == q.y && (p.x < q.x || (p.x == q.x && p.z < q.z)));
+}
 
 // One edge function at the tile's first texel centre, from p to q with the inside to the left (y down: e >= 0).
 // Its value is a multiple-of-256 step away from that of any other texel of the tile, so the lowest 8 bits never matter but for
@@ -21,18 +23,40 @@ HS_INLINE void set_edge(TileTriangle* t, int i, int2 p, int2 q, int2 first_centr
   const bool owns = v.y < 0 || (v.y == 0 && v.x > 0);
   const long e = (long)a * (first_centre.x - p.x) + (long)b * (first_centre.y - p.y) - (owns ? 0 : 1);
   const int clamped = (int)clamp(e >> HS_SUBPIXEL_BITS, -(long)(1 << 30), (long)(1 << 30));
-  if (i == 0) { t->a.x = a; t->b.x = b; t->e.x = clamped; }
-  if (i == 1) { t->a.y = a; t->b.y = b; t->e.y = clamped; }
-  if (i == 2) { t->a.z = a; t->b.z = b; t->e.z = clamped; }
+  if (i == 0) {
+    t->a.x = a;
+    t->b.x = b;
+    t->e.x = clamped;
+  }
+  if (i == 1) {
+    t->a.y = a;
+    t->b.y = b;
+    t->e.y = clamped;
+  }
+  if (i == 2) {
+    t->a.z = a;
+    t->b.z = b;
+    t->e.z = clamped;
+  }
 }
 
 // Prepares a triangle for a tile; false if it has no area or misses the tile's texel centres.
 HS_INLINE bool set_up_triangle(const HsView view, int4 p, int4 q, int4 r, int2 tile_px, TileTriangle* t) {
   int4 swap;
-  if (before_px(q, p)) { swap = p; p = q; q = swap; }
+  if (before_px(q, p)) {
+    swap = p;
+    p = q;
+    q = swap;
+  }
   if (before_px(r, q)) {
-    swap = q; q = r; r = swap;
-    if (before_px(q, p)) { swap = p; p = q; q = swap; }
+    swap = q;
+    q = r;
+    r = swap;
+    if (before_px(q, p)) {
+      swap = p;
+      p = q;
+      q = swap;
+    }
   }
   const int2 low = (int2)(min(p.x, min(q.x, r.x)), p.y), high = (int2)(max(p.x, max(q.x, r.x)), r.y);
   t->x0 = max(first_texel(low.x, view.mid_x_px) - tile_px.x, 0);
@@ -84,27 +108,26 @@ HS_INLINE vint cover(const TileTriangle* t, const Columns* c, int y, vfloat* d) 
 }
 
 // Calls draw(triangle) for each piece of a scene triangle that reaches this tile: itself, or the fan of its clipped polygon.
-#define HS_FOR_PIECES(view, corner, vertices_vs, vertices_px, tile_px, tile_triangle)                                          \
-  int4 hs_polygon[HS_CLIP_VERTICES];                                                                                           \
-  hs_polygon[0] = vertices_px[corner.x];                                                                                       \
-  hs_polygon[1] = vertices_px[corner.y];                                                                                       \
-  hs_polygon[2] = vertices_px[corner.z];                                                                                       \
-  int hs_count = 3;                                                                                                            \
-  if ((hs_polygon[0].w | hs_polygon[1].w | hs_polygon[2].w) != 0)                                                              \
-    hs_count =                                                                                                                 \
-        clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, hs_polygon);      \
-  for (int hs_piece = 2; hs_piece < hs_count; ++hs_piece)                                                                      \
+#define HS_FOR_PIECES(view, corner, vertices_vs, vertices_px, tile_px, tile_triangle)                                            \
+  int4 hs_polygon[HS_CLIP_VERTICES];                                                                                             \
+  hs_polygon[0] = vertices_px[corner.x];                                                                                         \
+  hs_polygon[1] = vertices_px[corner.y];                                                                                         \
+  hs_polygon[2] = vertices_px[corner.z];                                                                                         \
+  int hs_count = 3;                                                                                                              \
+  if ((hs_polygon[0].w | hs_polygon[1].w | hs_polygon[2].w) != 0)                                                                \
+    hs_count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, hs_polygon); \
+  for (int hs_piece = 2; hs_piece < hs_count; ++hs_piece)                                                                        \
     if (set_up_triangle(view, hs_polygon[0], hs_polygon[hs_piece - 1], hs_polygon[hs_piece], tile_px, &tile_triangle))
 
 // Calls the body with `triangle` for each triangle listed for this tile.
-#define HS_FOR_TILE_TRIANGLES(triangle)                                                                                        \
-  const uint hs_tile = get_group_id(0);                                                                                        \
-  const bool hs_overflow = bins_overflow(offsets, view.tiles_x * view.tiles_y, capacity);                                      \
-  const uint hs_first = hs_overflow ? 0 : offsets[hs_tile], hs_last = hs_overflow ? slot_count : offsets[hs_tile + 1];         \
-  for (uint hs_i = hs_first, triangle; hs_i < hs_last; ++hs_i)                                                                 \
-    if (hs_overflow ? (rect_has(rects[hs_i], hs_tile, view.tiles_x)                                                            \
-                           ? (triangle = blocks[hs_i / HS_BLOCK_SIZE].first + hs_i % HS_BLOCK_SIZE, true)                      \
-                           : false)                                                                                            \
+#define HS_FOR_TILE_TRIANGLES(triangle)                                                                                \
+  const uint hs_tile = get_group_id(0);                                                                                \
+  const bool hs_overflow = bins_overflow(offsets, view.tiles_x * view.tiles_y, capacity);                              \
+  const uint hs_first = hs_overflow ? 0 : offsets[hs_tile], hs_last = hs_overflow ? slot_count : offsets[hs_tile + 1]; \
+  for (uint hs_i = hs_first, triangle; hs_i < hs_last; ++hs_i)                                                         \
+    if (hs_overflow ? (rect_has(rects[hs_i], hs_tile, view.tiles_x)                                                    \
+                           ? (triangle = blocks[hs_i / HS_BLOCK_SIZE].first + hs_i % HS_BLOCK_SIZE, true)              \
+                           : false)                                                                                    \
                     : (triangle = refs[hs_i], true))
 
 // shadow_map: float a texel: linear z of the nearest surface, HS_EMPTY_Z where there is none. One work-group a tile.

@@ -1,13 +1,15 @@
-// At which depths a caster stands, texel by texel. The shadow map knows the nearest alone; what stands behind it matters where fins brighten
-// the nearest one's shadow (Cai et al. 2006 §4, Fig. 7).
+// At which depths a caster stands, texel by texel. The shadow map knows the nearest alone; what stands behind it matters where
+// fins brighten the nearest one's shadow (Cai et al. 2006 §4, Fig. 7).
 
-// other_casters: uint a texel: a caster_bit for the surface that the light sees, and for each face beneath it that is turned to the light; in tiles that a footprint near fins can touch. sides: see orient_faces; 1 for faces that cast no shadow, too: light
+// other_casters: uint a texel: a caster_bit for the surface that the light sees, and for each face beneath it that is turned to
+// the light; in tiles that a footprint near fins can touch. sides: see orient_faces; 1 for faces that cast no shadow, too: light
 // space is left-handed, so that a face which is turned to the light has 0.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_casters(
     const HsView view, __global const HsBlock* blocks, const uint slot_count, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const uint* triangles,
     __global const float4* vertices_vs, __global const int4* vertices_px, __global const uchar* sides,
-    __global const float* shadow_map, __global const float* caster_range, __global const uchar* near_any, __global uint* other_casters) {
+    __global const float* shadow_map, __global const float* caster_range, __global const uchar* near_any,
+    __global uint* other_casters) {
   const int2 tile_px = tile_origin_px(view);
   const uint tx = get_group_id(0) % view.tiles_x, ty = get_group_id(0) / view.tiles_x;
   bool near = false;
@@ -27,16 +29,15 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
         HS_FOR_COLUMNS(x, t.x0, t.x1) {
           const Columns columns = columns_of(&t, x);
           HS_FOR_ROWS(y, t.y0, t.y1) {
-          vfloat d;
-          const vint covered = cover(&t, &columns, y, &d);
-          int* slot = casters + HS_SLOT(x, y);
-          if (near_bit == far_bit) {
-            v_store(v_load(slot) | v_select((vint)(0), (vint)(1 << near_bit), covered), slot);
-          } else {
-            for (int i = 0; i < HS_LANES; ++i)
-              if (((const int*)&covered)[i])
-                slot[i] |= 1 << caster_bit(caster_range, 1.0f / ((const float*)&d)[i]);
-          }
+            vfloat d;
+            const vint covered = cover(&t, &columns, y, &d);
+            int* slot = casters + HS_SLOT(x, y);
+            if (near_bit == far_bit) {
+              v_store(v_load(slot) | v_select((vint)(0), (vint)(1 << near_bit), covered), slot);
+            } else {
+              for (int i = 0; i < HS_LANES; ++i)
+                if (((const int*)&covered)[i]) slot[i] |= 1 << caster_bit(caster_range, 1.0f / ((const float*)&d)[i]);
+            }
           }
         }
       }

@@ -3,9 +3,10 @@
 // rgb: float4 a pixel, linear; w = 1 where something is seen. visibility: light_count planes, one behind the other.
 // The base colour is a plane, or comes from the faces' meshes where base_color is null.
 // Lights are given relative to the camera's position, view rays in world axes from there.
-__kernel void shade(const uint light_count, __constant const HsShadeLight* lights, const float4 ambient, const HsReceiverView camera,
-                    __global const float* depth_or_position, __global const float4* normal, __global const float4* base_color,
-                    __global const uint* faces, __global const uint* face_meshes, __global const float4* materials, __global const float* visibility, __global float4* rgb) {
+__kernel void shade(const uint light_count, __constant const HsShadeLight* lights, const float4 ambient,
+                    const HsReceiverView camera, __global const float* depth_or_position, __global const float4* normal,
+                    __global const float4* base_color, __global const uint* faces, __global const uint* face_meshes,
+                    __global const float4* materials, __global const float* visibility, __global float4* rgb) {
   HS_FOR_PIXELS(px, py, valid, camera.width_px, camera.height_px) {
     const size_t first = (size_t)py * camera.width_px + px;
     vfloat x, y, z, nx, ny, nz, unused;
@@ -63,7 +64,7 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
       base_blue = strided_lanes(channels + 2);
     }
     const vfloat zero = (vfloat)(0.0f);
-    store_lanes4(v_select(zero, red * base_red, seen), v_select(zero, green * base_green, seen), v_select(zero, blue * base_blue, seen),
-                 v_select(zero, (vfloat)(1.0f), seen), rgb, first, valid);
+    store_lanes4(v_select(zero, red * base_red, seen), v_select(zero, green * base_green, seen),
+                 v_select(zero, blue * base_blue, seen), v_select(zero, (vfloat)(1.0f), seen), rgb, first, valid);
   }
 }

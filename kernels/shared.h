@@ -1,5 +1,6 @@
 // Everything that host and kernels must agree on, written once: constants, structs, and the meaning of packed values.
-// 32-bit scalars and 16-byte vectors only, so that the layout is the same everywhere; the host asserts it, a test asks the device.
+// 32-bit scalars and 16-byte vectors only, so that the layout is the same everywhere; the host asserts it, a test asks the
+// device.
 #ifndef HS_SHARED_H
 #define HS_SHARED_H
 
@@ -49,8 +50,8 @@ typedef struct {
 typedef struct {
   hs_float4 px_from_q;  // px = q.x * .x + .y,  py = q.y * .z + .w  with q = (x/z, y/z); .z < 0
   hs_float4 world_from_view_x, world_from_view_y, world_from_view_z;  // columns of the rotation, for normals
-  float znear;                                                       // clip distance, > 0
-  float d_far;                                                       // 1 / far distance
+  float znear;                                                        // clip distance, > 0
+  float d_far;                                                        // 1 / far distance
   hs_uint width_px, height_px;
   hs_uint tiles_x, tiles_y;
   hs_uint mid_x_px, mid_y_px;  // origin of the fixed-point coordinates
@@ -79,9 +80,9 @@ typedef struct {
 
 // How wide features are, in texels: from the radius (radius_px > 0), or smoothies of a fixed t (width_px > 0).
 typedef struct {
-  float radius_px;  // light radius R in light map texels at unit distance
-  float width_px;   // 0 where the width follows from the radius
-  hs_uint two_sided;  // 1: inner fins too
+  float radius_px;      // light radius R in light map texels at unit distance
+  float width_px;       // 0 where the width follows from the radius
+  hs_uint two_sided;    // 1: inner fins too
   hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
 } HsFinShape;
 
@@ -136,8 +137,8 @@ typedef struct {
   hs_uint negative_count;          // exact: pixels where some depth complexity came out below 0
 } HsStatus;
 
-// Camera pixel to light space: p_ls = z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for pixel (px, py) with view depth z_vs, or
-// p_ls = rows . (position_ws, 1) where the G-buffer holds positions. Normals: n_ls = columns of light_from_world.
+// Camera pixel to light space: p_ls = z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for pixel (px, py) with view depth z_vs,
+// or p_ls = rows . (position_ws, 1) where the G-buffer holds positions. Normals: n_ls = columns of light_from_world.
 typedef struct {
   hs_float4 ray0, ray_dx, ray_dy, origin;
   hs_float4 from_world_x, from_world_y, from_world_z;  // rows of light_from_world
@@ -148,8 +149,8 @@ typedef struct {
 
 // One light as shading sees it.
 typedef struct {
-  hs_float4 position_ws;  // relative to the camera
-  hs_float4 color;        // colour times intensity
+  hs_float4 position_ws;                                  // relative to the camera
+  hs_float4 color;                                        // colour times intensity
   hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
   float tan_half_cone;
   float padding0, padding1, padding2;

@@ -1,8 +1,8 @@
 // Parallel edge classification by multiplicity, compacted on the device.
 
-// multiplicities: char an edge, m(e) = sum over its faces of o(e,f) side(f), with o = +1 for a face that runs along the edge in its
-// stored direction and side = +1 or -1 for the side of its plane that the light is on. The edge is a silhouette iff m is not 0; its sign says on
-// which side the surface lies. Holds for open, non-manifold and inconsistently wound meshes alike.
+// multiplicities: char an edge, m(e) = sum over its faces of o(e,f) side(f), with o = +1 for a face that runs along the edge in
+// its stored direction and side = +1 or -1 for the side of its plane that the light is on. The edge is a silhouette iff m is not
+// 0; its sign says on which side the surface lies. Holds for open, non-manifold and inconsistently wound meshes alike.
 // silhouettes: indices of the edges with m != 0, in no particular order.
 __kernel void classify_edges(__global const HsBlock* blocks, __global const uint* edge_face_offsets,
                              __global const uint* edge_faces, __global const uchar* sides, __global char* multiplicities,

@@ -14,8 +14,8 @@ typedef struct {
 //   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1
 //   turned away from the light: visibility 0
 //   outside the light map, which covers all that casts: visibility 1
-HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid, __global const float* depth_or_position,
-                       __global const float4* normal) {
+HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid,
+                          __global const float* depth_or_position, __global const float4* normal) {
   const size_t first = (size_t)py * view.width_px + px;
   vfloat x, y, z, nx_ws, ny_ws, nz_ws, receives;
   vint seen;
@@ -48,7 +48,8 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   r.u = qx * light.px_from_q.x + (light.px_from_q.y - 0.5f);
   r.v = qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
   const vfloat facing = -(nx * x + ny * y + nz * z);  // n . (light - p)
-  const vint in_cone = seen & (receives > 0.0f) & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
+  const vint in_cone =
+      seen & (receives > 0.0f) & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
   const vint in_map =
       (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
   const vint away = in_cone & (facing <= 0.0f);
@@ -81,10 +82,16 @@ HS_INLINE vfloat lit_at(const HsView light, __global const float* shadow_map, co
   return is_lit(r, v_float(x), v_float(y), v_gather(shadow_map, y * (int)light.width_px + x));
 }
 
-HS_INLINE vint column(const HsView light, vint x) { return clamp(x, (vint)(0), (vint)((int)light.width_px - 1)); }
-HS_INLINE vint row(const HsView light, vint y) { return clamp(y, (vint)(0), (vint)((int)light.height_px - 1)); }
+HS_INLINE vint column(const HsView light, vint x) {
+  return clamp(x, (vint)(0), (vint)((int)light.width_px - 1));
+}
+HS_INLINE vint row(const HsView light, vint y) {
+  return clamp(y, (vint)(0), (vint)((int)light.height_px - 1));
+}
 
-HS_INLINE vfloat lerp(vfloat a, vfloat b, vfloat t) { return a + (b - a) * t; }
+HS_INLINE vfloat lerp(vfloat a, vfloat b, vfloat t) {
+  return a + (b - a) * t;
+}
 
 // hard: Williams 1978. The nearest texel decides.
 HS_INLINE vfloat visibility_hard(const HsView light, const Receiver* r, __global const float* shadow_map) {
@@ -153,7 +160,8 @@ HS_INLINE vfloat visibility_pcf4(const HsView light, const Receiver* r, __global
   for (int j = 0; j < 4; ++j) {
     vfloat along = (vfloat)(0.0f);
     for (int i = 0; i < 4; ++i)
-      along += cubic_weight(i, r->u - u) * lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
+      along += cubic_weight(i, r->u - u) *
+               lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
     sum += cubic_weight(j, r->v - v) * along;
   }
   return fmin(sum, 1.0f);  // the weights add up to 1 but for rounding
@@ -177,8 +185,8 @@ HS_INLINE vint near_fins(const HsView light, const Footprint* f, const Receiver*
 // smoothies: Chan & Durand 2003 §3 step 5. At each of the four nearest texels: behind the shadow map 0, else behind the smoothie
 // its alpha', else 1; then bilinear, then the falloff.
 HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* shadow_map, __global const float* fin_depth,
-                                   __global const float* fin_alpha, __global const uchar* tile_near_fins, uint falloff,
-                                   const Receiver* r) {
+                                      __global const float* fin_alpha, __global const uchar* tile_near_fins, uint falloff,
+                                      const Receiver* r) {
   const Footprint f = footprint(light, r);
   Taps v = lit_taps(light, shadow_map, r, &f);
   const vint near = near_fins(light, &f, r, tile_near_fins);
@@ -194,37 +202,33 @@ HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* 
 }
 
 // Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
-#define HS_FOR_RECEIVERS(body)                                                                              \
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                             \
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                       \
-    vfloat result = r.visibility;                                                                           \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                \
-    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);     \
+#define HS_FOR_RECEIVERS(body)                                                                          \
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                         \
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                   \
+    vfloat result = r.visibility;                                                                       \
+    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                            \
+    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid); \
   }
 
 // depth_or_position, normal: planes of the GBuffer; visibility: float a pixel, written whole.
 
 __kernel void receive_hard(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
-  HS_FOR_RECEIVERS(visibility_hard(light, &r, shadow_map))
-}
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility,
+                           const uint plane){HS_FOR_RECEIVERS(visibility_hard(light, &r, shadow_map))}
 
 __kernel void receive_pcf2(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
-  HS_FOR_RECEIVERS(visibility_pcf2(light, &r, shadow_map))
-}
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility,
+                           const uint plane){HS_FOR_RECEIVERS(visibility_pcf2(light, &r, shadow_map))}
 
 __kernel void receive_pcf4(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                           __global const float4* normal, __global const float* shadow_map, __global float* visibility, const uint plane) {
-  HS_FOR_RECEIVERS(visibility_pcf4(light, &r, shadow_map))
-}
+                           __global const float4* normal, __global const float* shadow_map, __global float* visibility,
+                           const uint plane){HS_FOR_RECEIVERS(visibility_pcf4(light, &r, shadow_map))}
 
 __kernel void receive_smoothies(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                                 __global const float4* normal, __global const float* shadow_map, __global const float* fin_depth,
                                 __global const float* fin_alpha, __global const uchar* tile_near_fins, const uint falloff,
-                                __global float* visibility, const uint plane) {
-  HS_FOR_RECEIVERS(visibility_smoothies(light, shadow_map, fin_depth, fin_alpha, tile_near_fins, falloff, &r))
-}
+                                __global float* visibility, const uint plane){
+    HS_FOR_RECEIVERS(visibility_smoothies(light, shadow_map, fin_depth, fin_alpha, tile_near_fins, falloff, &r))}
 
 // Nothing casts in the light's reach: lit, but for what is turned away.
 __kernel void receive_all(const HsView light, const HsReceiverView view, __global const float* depth_or_position,

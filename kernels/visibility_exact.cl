@@ -1,9 +1,9 @@
 // Exact soft shadows: centre-anchored depth complexity (DESIGN.md §5).
 //
-// For a receiver p and a point s of the light's disc, D(s) is the number of surfaces that the segment from p to s crosses; s is seen
-// iff D(s) = 0. Project the scene from p onto the light's plane (origin: the centre c). With sigma_f = +1 where p is before face f, the
-// projected triangle turns counter-clockwise, and D(s) = sum over faces of sigma_f times the winding number of the triangle about s.
-// Summed over edges, only silhouettes as seen from p remain, with multiplicity m_p(e) = sum of o(e,f) sigma_f:
+// For a receiver p and a point s of the light's disc, D(s) is the number of surfaces that the segment from p to s crosses; s is
+// seen iff D(s) = 0. Project the scene from p onto the light's plane (origin: the centre c). With sigma_f = +1 where p is before
+// face f, the projected triangle turns counter-clockwise, and D(s) = sum over faces of sigma_f times the winding number of the
+// triangle about s. Summed over edges, only silhouettes as seen from p remain, with multiplicity m_p(e) = sum of o(e,f) sigma_f:
 //
 //   D(s) = D(c) - sum of m_p(e) over edges A -> B that the path from c to s crosses from their left to their right
 //               + sum of m_p(e) over those that it crosses from right to left
@@ -41,7 +41,9 @@ HS_INLINE int lane_count(int16 mask) {
   const int2 c = b.lo + b.hi;
   return -(c.x + c.y);
 }
-HS_INLINE int short_lane_count(short16 mask) { return lane_count(convert_int16(mask)); }
+HS_INLINE int short_lane_count(short16 mask) {
+  return lane_count(convert_int16(mask));
+}
 // Bit i for lane i.
 HS_INLINE uint lane_bits(int16 mask) {
   const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
@@ -77,8 +79,9 @@ typedef short v_short;
 // planes: float4 a triangle: n and n . a in light space, unit where it has an area.
 // disc_sides: uchar a triangle: on which side of it (1: n . p >= n . a) a receiver lies if the segment from it to a point of the
 // disc crosses the face's plane; 2 where that depends on the point: the plane cuts the disc, |n . a| <= R |(n.x, n.y)|.
-__kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
-                                   const float radius, __global float4* planes, __global uchar* disc_sides) {
+__kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global const uint* triangles,
+                                   __global const float4* vertices_ls, const float radius, __global float4* planes,
+                                   __global uchar* disc_sides) {
   const HsBlock block = blocks[get_group_id(0)];
   if (get_local_id(0) < block.count) {
     const uint triangle = block.first + get_local_id(0);
@@ -101,7 +104,7 @@ __kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global cons
 
 // Appends one record; a.w and b.w carry its integers.
 HS_INLINE void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
-                      __global HsStatus* status) {
+                         __global HsStatus* status) {
   HsEdge edge;
   edge.a = (float4)(a, as_float(m));
   edge.b = (float4)(b, as_float((o0 + 1) | (o1 + 1) << 2));
@@ -123,9 +126,10 @@ HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
 
 // edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Decided faces are
 // summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up.
-__kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends, __global const uint* edge_face_offsets,
-                            __global const uint* edge_faces, __global const uchar* disc_sides, __global const float4* planes,
-                            __global const float4* vertices_ls, __global HsEdge* edges, __global HsStatus* status) {
+__kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends,
+                            __global const uint* edge_face_offsets, __global const uint* edge_faces,
+                            __global const uchar* disc_sides, __global const float4* planes, __global const float4* vertices_ls,
+                            __global HsEdge* edges, __global HsStatus* status) {
   const HsBlock block = blocks[get_group_id(0)];
   if (get_local_id(0) < block.count) {
     const uint edge = block.first + get_local_id(0);
@@ -193,16 +197,19 @@ __kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* 
       const float2 nearest = leaving.xy + along * t;
       const uint side = disc_sides[triangle];
       if (dot(nearest, nearest) <= radius * radius * 1.01f)
-        emit_edge(leaving, entering, side == 2 ? 0 : side ? 1 : -1, side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f), edges,
-                  status);
+        emit_edge(leaving, entering,
+                  side == 2 ? 0
+                  : side    ? 1
+                            : -1,
+                  side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f), edges, status);
     }
   }
 }
 
 // ---------------------------------------------------------------------------------------------------------------- binning
 
-// As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not, for
-// the centre count asks at any point of the map.
+// As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not,
+// for the centre count asks at any point of the map.
 __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
                                    __global const float4* vertices_vs, __global const int4* vertices_px, __global ushort4* rects,
                                    __global uint* tile_counts, __global HsStatus* status) {
@@ -228,8 +235,9 @@ __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* bl
         low = min(low, polygon[i].xy);
         high = max(high, polygon[i].xy);
       }
-      rect = rect_of_texels(view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
-                            ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);
+      rect = rect_of_texels(
+          view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
+          ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);
       count_rect(rect, view.tiles_x, tile_counts);
     }
   }
@@ -270,12 +278,12 @@ __kernel void bound_receivers(const HsView light, const HsReceiverView view, __g
   }
 }
 
-// An edge's capsule in the map: it is seen before the disc from within R (d_edge - d_receiver) of its projection, a radius that is
-// linear along it, as is the projection in d = 1/z: the convex hull of two discs.
+// An edge's capsule in the map: it is seen before the disc from within R (d_edge - d_receiver) of its projection, a radius that
+// is linear along it, as is the projection in d = 1/z: the convex hull of two discs.
 typedef struct {
-  float2 a, b;    // texels
-  float da, db;   // 1/z
-  float2 normal;  // unit, across
+  float2 a, b;      // texels
+  float da, db;     // 1/z
+  float2 normal;    // unit, across
   bool everywhere;  // it comes too near to the light's plane to be projected
 } Capsule;
 
@@ -302,7 +310,8 @@ HS_INLINE bool capsule_touches(const Capsule* c, float radius_px, float2 middle,
   const float slack = HS_NEAR_PX + 0.25f;
   const float ra = radius_px * fmax(c->da - d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - d_far, 0.0f) + slack;
   const float2 low = fmin(c->a - ra, c->b - rb), high = fmax(c->a + ra, c->b + rb);
-  if (low.x > middle.x + half_px.x || low.y > middle.y + half_px.y || high.x < middle.x - half_px.x || high.y < middle.y - half_px.y)
+  if (low.x > middle.x + half_px.x || low.y > middle.y + half_px.y || high.x < middle.x - half_px.x ||
+      high.y < middle.y - half_px.y)
     return false;
   return fabs(dot(c->normal, middle - c->a)) <= fmax(ra, rb) + dot(fabs(c->normal), half_px);
 }
@@ -314,9 +323,11 @@ HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius
   return rect_of_points(view, fmin(c->a - ra, c->b - rb), fmax(c->a + ra, c->b + rb));
 }
 
-HS_INLINE bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y, __global const float* tile_far) {
+HS_INLINE bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y,
+                             __global const float* tile_far) {
   const float far = tile_far[y * view.tiles_x + x];
-  return far > 0.0f && capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
+  return far > 0.0f &&
+         capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
 }
 
 // Any number of work-items. tile_counts must be 0.
@@ -345,10 +356,10 @@ __kernel void fill_edges(const HsView view, const float radius_px, __global cons
   }
 }
 
-// By the map: a surface whose 1/z in a texel is at most the receiver's plane there plus the first is the receiver's own or beyond it;
-// one whose 1/z is more than the second stands before it whatever the surface does within two texels.
-#define HS_SAME_SURFACE(d, slope) ((slope) * (1.0f / 64.0f) + (d) * 4e-6f)
-#define HS_CLEARLY_BEFORE(d, slope) ((d) * 1.01f + 2.0f * (slope))
+// By the map: a surface whose 1/z in a texel is at most the receiver's plane there plus the first is the receiver's own or beyond
+// it; one whose 1/z is more than the second stands before it whatever the surface does within two texels.
+#define HS_SAME_SURFACE(d, slope) ((slope) * (1.0f / 64.0f) + (d)*4e-6f)
+#define HS_CLEARLY_BEFORE(d, slope) ((d)*1.01f + 2.0f * (slope))
 
 // Answers the receivers that no silhouette comes near by the shadow map, and lists the others, tile by tile.
 // listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
@@ -375,7 +386,8 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
         chosen = mine & !(lit | dark);
         if (!together)
           for (int i = 0; i < HS_LANES; ++i)
-            if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1]) HS_SET_LANE(chosen, i);
+            if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1])
+              HS_SET_LANE(chosen, i);
         result = v_select(v_select((vfloat)(0.0f), (vfloat)(1.0f), lit), r.visibility, r.decided);
       }
       if (v_any(chosen)) {
@@ -395,8 +407,8 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
 
 // Receivers that are counted together.
 typedef struct {
-  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];  // light space, lifted off their surface
-  float u[HS_BATCH], v[HS_BATCH];               // texels, centres at half-integers as rasterizers have it
+  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];                      // light space, lifted off their surface
+  float u[HS_BATCH], v[HS_BATCH];                                   // texels, centres at half-integers as rasterizers have it
   float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
 } Batch;
 
@@ -417,13 +429,14 @@ typedef struct {
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
 // the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
-HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position, __global const float4* normal,
-                              float3* n_ls) {
+HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
+                                 __global const float4* normal, float3* n_ls) {
   float3 p;
   float error;
   if (view.has_depth) {
     const float z = depth_or_position[pixel];
-    p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz + (float)(pixel / view.width_px) * view.ray_dy.xyz) +
+    p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz +
+             (float)(pixel / view.width_px) * view.ray_dy.xyz) +
         view.origin.xyz;
     error = z * (sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) + 0x1p-21f) +
             fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))) * 0x1p-23f;
@@ -431,7 +444,9 @@ HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global
     const float4 q = ((__global const float4*)depth_or_position)[pixel];
     const float4 h = (float4)(q.xyz, 1.0f);
     p = (float3)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h));
-    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) + fabs(view.from_world_z.w)) * 1e-6f;
+    error =
+        (fabs(q.x) + fabs(q.y) + fabs(q.z) + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) + fabs(view.from_world_z.w)) *
+        1e-6f;
   }
   const float3 n = normal[pixel].xyz;
   *n_ls = (float3)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n));
@@ -439,7 +454,7 @@ HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global
 }
 
 HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
-                       __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
+                          __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
   for (int i = 0; i < count; ++i) {
     float3 n;
     const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &n);
@@ -488,7 +503,8 @@ HS_INLINE int side_of_region1(const Region* region, float4 plane) {
 }
 
 // Copies an edge of the tile if a receiver of the region may need it.
-HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to, int slot) {
+HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to,
+                         int slot) {
   const float4 a = from->a, b = from->b;
   if (fmin(a.z, b.z) >= region->far_z) return false;
   const float4 plane0 = from->plane0, plane1 = from->plane1;
@@ -497,11 +513,23 @@ HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* regi
   if ((o0 == 0 || side0 != 0) && (o1 == 0 || side1 != 0) && m + o0 * side0 + o1 * side1 == 0) return false;
   const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
   if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
-  to->ax[slot] = a.x; to->ay[slot] = a.y; to->az[slot] = a.z;
-  to->bx[slot] = b.x; to->by[slot] = b.y; to->bz[slot] = b.z;
-  to->n0x[slot] = plane0.x; to->n0y[slot] = plane0.y; to->n0z[slot] = plane0.z; to->n0w[slot] = plane0.w;
-  to->n1x[slot] = plane1.x; to->n1y[slot] = plane1.y; to->n1z[slot] = plane1.z; to->n1w[slot] = plane1.w;
-  to->m[slot] = m; to->o0[slot] = o0; to->o1[slot] = o1;
+  to->ax[slot] = a.x;
+  to->ay[slot] = a.y;
+  to->az[slot] = a.z;
+  to->bx[slot] = b.x;
+  to->by[slot] = b.y;
+  to->bz[slot] = b.z;
+  to->n0x[slot] = plane0.x;
+  to->n0y[slot] = plane0.y;
+  to->n0z[slot] = plane0.z;
+  to->n0w[slot] = plane0.w;
+  to->n1x[slot] = plane1.x;
+  to->n1y[slot] = plane1.y;
+  to->n1z[slot] = plane1.z;
+  to->n1w[slot] = plane1.w;
+  to->m[slot] = m;
+  to->o0[slot] = o0;
+  to->o1[slot] = o1;
   return true;
 }
 
@@ -516,12 +544,15 @@ HS_INLINE void pad_list(EdgeList* list, int count) {
 
 // The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
 // most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
-HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count, EdgeList* to) {
+HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count,
+                          EdgeList* to) {
   int taken = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
-    const vint side0 = side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
-    const vint side1 = side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
+    const vint side0 =
+        side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
+    const vint side1 =
+        side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
     const vint m = v_load(from->m + i) + o0 * side0 + o1 * side1;
     o0 = v_select(o0, (vint)(0), side0 != 0);
     o1 = v_select(o1, (vint)(0), side1 != 0);
@@ -547,11 +578,23 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
     keep &= touches | everywhere;
     for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
-      to->ax[taken] = from->ax[k]; to->ay[taken] = from->ay[k]; to->az[taken] = from->az[k];
-      to->bx[taken] = from->bx[k]; to->by[taken] = from->by[k]; to->bz[taken] = from->bz[k];
-      to->n0x[taken] = from->n0x[k]; to->n0y[taken] = from->n0y[k]; to->n0z[taken] = from->n0z[k]; to->n0w[taken] = from->n0w[k];
-      to->n1x[taken] = from->n1x[k]; to->n1y[taken] = from->n1y[k]; to->n1z[taken] = from->n1z[k]; to->n1w[taken] = from->n1w[k];
-      to->m[taken] = HS_LANE(m, lane); to->o0[taken] = HS_LANE(o0, lane); to->o1[taken] = HS_LANE(o1, lane);
+      to->ax[taken] = from->ax[k];
+      to->ay[taken] = from->ay[k];
+      to->az[taken] = from->az[k];
+      to->bx[taken] = from->bx[k];
+      to->by[taken] = from->by[k];
+      to->bz[taken] = from->bz[k];
+      to->n0x[taken] = from->n0x[k];
+      to->n0y[taken] = from->n0y[k];
+      to->n0z[taken] = from->n0z[k];
+      to->n0w[taken] = from->n0w[k];
+      to->n1x[taken] = from->n1x[k];
+      to->n1y[taken] = from->n1y[k];
+      to->n1z[taken] = from->n1z[k];
+      to->n1w[taken] = from->n1w[k];
+      to->m[taken] = HS_LANE(m, lane);
+      to->o0[taken] = HS_LANE(o0, lane);
+      to->o1[taken] = HS_LANE(o1, lane);
       ++taken;
     }
   }
@@ -560,11 +603,15 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
 }
 
 // A point's place in the light map relative to p's, times both depths.
-HS_INLINE vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) { return a * pz - p * az; }
+HS_INLINE vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) {
+  return a * pz - p * az;
+}
 
-// Whether the light's centre, as seen from p, is left of the edge a -> b, given by map_x and in its stored direction. The one place
-// where it is decided.
-HS_INLINE vint left_of_centre(vfloat ax, vfloat ay, vfloat bx, vfloat by) { return ax * by - ay * bx > 0.0f; }
+// Whether the light's centre, as seen from p, is left of the edge a -> b, given by map_x and in its stored direction. The one
+// place where it is decided.
+HS_INLINE vint left_of_centre(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
+  return ax * by - ay * bx > 0.0f;
+}
 
 // An edge projected from p onto the light's plane, its part at or beyond p cut off.
 typedef struct {
@@ -573,7 +620,8 @@ typedef struct {
   vint seen;     // 0: all of it lies beyond p
 } ProjectedEdge;
 
-HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, vfloat px, vfloat py, vfloat pz) {
+HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, vfloat px, vfloat py,
+                                     vfloat pz) {
   const vfloat limit = pz * HS_BEYOND;
   const vint a_beyond = az > limit, b_beyond = bz > limit;
   ProjectedEdge e;
@@ -605,8 +653,8 @@ HS_INLINE vfloat turn_of(vfloat x, vfloat y) {
 
 HS_INLINE vint gather_rank(__global const ushort* p, vint i) {
 #if HS_LANES == 16
-  return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb], p[i.sc],
-                 p[i.sd], p[i.se], p[i.sf]);
+  return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
+                 p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 #else
   return p[i];
 #endif
@@ -637,12 +685,16 @@ typedef struct {
   int m[HS_LISTED];
 } Passing;
 
-// Finds the silhouettes of `list` as seen from p that pass before the disc. Returns their number, padded with edges that hide nothing.
-HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing, Walk* walk) {
+// Finds the silhouettes of `list` as seen from p that pass before the disc. Returns their number, padded with edges that hide
+// nothing.
+HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing,
+                            Walk* walk) {
   int taken = 0;
   for (int i = 0; i < count; i += HS_LANES) {
-    const vint front0 = v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
-    const vint front1 = v_load(list->n1x + i) * px + v_load(list->n1y + i) * py + v_load(list->n1z + i) * pz >= v_load(list->n1w + i);
+    const vint front0 =
+        v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
+    const vint front1 =
+        v_load(list->n1x + i) * px + v_load(list->n1y + i) * py + v_load(list->n1z + i) * pz >= v_load(list->n1w + i);
     const vint o0 = v_load(list->o0 + i), o1 = v_load(list->o1 + i);
     const vint m = v_load(list->m + i) + v_select(-o0, o0, front0) + v_select(-o1, o1, front1);
     if (!v_any(m != 0)) continue;
@@ -685,8 +737,8 @@ HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, 
 }
 
 // Adds the crossings of those edges to the receiver's counts, one a sample.
-HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation, __global const float* samples,
-                            __global const ushort* rank_table, short* counts, Walk* walk) {
+HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation,
+                               __global const float* samples, __global const ushort* rank_table, short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
   __global const float* sample_x = samples;
   __global const float* sample_y = samples + n;
@@ -706,9 +758,15 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
     by = v_select(by, foot_y + ey * half_chord, b_out);
     if (disc.rotated) {
       vfloat t;
-      t = ax * rotation.x - ay * rotation.y; ay = ax * rotation.y + ay * rotation.x; ax = t;
-      t = bx * rotation.x - by * rotation.y; by = bx * rotation.y + by * rotation.x; bx = t;
-      t = ex * rotation.x - ey * rotation.y; ey = ex * rotation.y + ey * rotation.x; ex = t;
+      t = ax * rotation.x - ay * rotation.y;
+      ay = ax * rotation.y + ay * rotation.x;
+      ax = t;
+      t = bx * rotation.x - by * rotation.y;
+      by = bx * rotation.y + by * rotation.x;
+      bx = t;
+      t = ex * rotation.x - ey * rotation.y;
+      ey = ex * rotation.y + ey * rotation.x;
+      ex = t;
     }
     const vfloat turn_a = turn_of(ax, ay), turn_b = turn_of(bx, by);
     vfloat turned = turn_b - turn_a;
@@ -741,7 +799,8 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
       for (int k = begin & -HS_LANES; k < end; k += HS_LANES) {
         const int at = k & (n - 1);
         const vint ks = k + v_iota;
-        const vint crossed = (ks >= begin) & (ks < end) & (v_load(sample_x + at) * lane_ey - v_load(sample_y + at) * lane_ex > lane_c);
+        const vint crossed =
+            (ks >= begin) & (ks < end) & (v_load(sample_x + at) * lane_ey - v_load(sample_y + at) * lane_ex > lane_c);
         v_store_short(v_load_short(counts + at) + (v_short_of(crossed) & lane_m), counts + at);
       }
     }
@@ -751,7 +810,8 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
 // Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.
 // 0: something does, 1: nothing, lit; 2: whatever does is so near that it may be the receiver's own surface.
 HS_INLINE int lit_by_map(const HsView light, __global const float* shadow_map, const Batch* batch, int i) {
-  const int x = clamp(convert_int_rtn(batch->u[i]), 0, (int)light.width_px - 1), y = clamp(convert_int_rtn(batch->v[i]), 0, (int)light.height_px - 1);
+  const int x = clamp(convert_int_rtn(batch->u[i]), 0, (int)light.width_px - 1),
+            y = clamp(convert_int_rtn(batch->v[i]), 0, (int)light.height_px - 1);
   const float d = batch->plane_d[i], dx = batch->plane_dx[i], dy = batch->plane_dy[i];
   const float slope = fabs(dx) + fabs(dy);
   int result = 1;
@@ -777,9 +837,10 @@ HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
 HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
-                         __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects, __global const uint* offsets,
-                         __global const uint* refs, uint capacity, __global const uint* triangles, __global const float4* vertices_ls,
-                         __global const int4* vertices_px, __global const float4* planes, int* crossings) {
+                            __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects,
+                            __global const uint* offsets, __global const uint* refs, uint capacity,
+                            __global const uint* triangles, __global const float4* vertices_ls, __global const int4* vertices_px,
+                            __global const float4* planes, int* crossings) {
   float xs[HS_CHUNK], ys[HS_CHUNK], zs[HS_CHUNK];
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
   float far_z = 0.0f;
@@ -811,9 +872,24 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
     // Corners in the order of their numbers, for every edge is decided in its stored direction.
     int odd = 1;
     uint swap;
-    if (corner.y < corner.x) { swap = corner.x; corner.x = corner.y; corner.y = swap; odd = -odd; }
-    if (corner.z < corner.y) { swap = corner.y; corner.y = corner.z; corner.z = swap; odd = -odd; }
-    if (corner.y < corner.x) { swap = corner.x; corner.x = corner.y; corner.y = swap; odd = -odd; }
+    if (corner.y < corner.x) {
+      swap = corner.x;
+      corner.x = corner.y;
+      corner.y = swap;
+      odd = -odd;
+    }
+    if (corner.z < corner.y) {
+      swap = corner.y;
+      corner.y = corner.z;
+      corner.z = swap;
+      odd = -odd;
+    }
+    if (corner.y < corner.x) {
+      swap = corner.x;
+      corner.x = corner.y;
+      corner.y = swap;
+      odd = -odd;
+    }
     const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
     if (fmin(a.z, fmin(b.z, c.z)) >= far_z) continue;
     const float4 f = planes[triangle];
@@ -850,15 +926,17 @@ HS_INLINE float2 rotation_of(uint pixel) {
 
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
 // samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinity.
-__kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc, __global const float* depth_or_position,
-                            __global const float4* normal, __global const float* shadow_map, __global const HsEdge* edges,
-                            __global const uint* edge_offsets, __global const uint* edge_refs, const uint edge_capacity,
-                            __global const float* samples, __global const ushort* rank_table, __global const HsBlock* blocks,
-                            const uint slot_count, __global const ushort4* rects, __global const uint* triangle_offsets,
+__kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc,
+                            __global const float* depth_or_position, __global const float4* normal,
+                            __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
+                            __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
+                            __global const ushort* rank_table, __global const HsBlock* blocks, const uint slot_count,
+                            __global const ushort4* rects, __global const uint* triangle_offsets,
                             __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
                             __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
-                            __global const uint* receiver_offsets, __global const uint* receiver_ends, __global const uint* listed,
-                            __global int* queue, __global float* visibility, const uint plane, __global HsStatus* status) {
+                            __global const uint* receiver_offsets, __global const uint* receiver_ends,
+                            __global const uint* listed, __global int* queue, __global float* visibility, const uint plane,
+                            __global HsStatus* status) {
   const uint tile_count = light.tiles_x * light.tiles_y;
   const bool overflow = bins_overflow(edge_offsets, tile_count, edge_capacity);
   Batch batch;
@@ -875,7 +953,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
   {
     const uint tile = get_group_id(0), step = get_local_size(0), begin_at = receiver_offsets[tile] + get_local_id(0);
 #endif
-    const uint first_edge = overflow ? 0 : edge_offsets[tile], end_edge = overflow ? status->feature_count : edge_offsets[tile + 1];
+    const uint first_edge = overflow ? 0 : edge_offsets[tile],
+               end_edge = overflow ? status->feature_count : edge_offsets[tile + 1];
     for (uint batch_first = begin_at; batch_first < receiver_ends[tile]; batch_first += step) {
       const int batch_count = min((int)(receiver_ends[tile] - batch_first), HS_BATCH);
       load_batch(light, view, listed + batch_first, batch_count, depth_or_position, normal, &batch);
@@ -883,7 +962,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
       int listed_count = 0;
       uint edge = first_edge;
       for (; edge < end_edge && listed_count < HS_LISTED; ++edge)
-        if (take_edge(light, disc.radius_px, &whole, edges + (overflow ? edge : edge_refs[edge]), &lists[0], listed_count)) ++listed_count;
+        if (take_edge(light, disc.radius_px, &whole, edges + (overflow ? edge : edge_refs[edge]), &lists[0], listed_count))
+          ++listed_count;
       const bool complete = edge == end_edge;
       pad_list(&lists[0], listed_count);
 
@@ -904,7 +984,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
           if (near_count == 0) continue;
           for (int i = 0; i < count; ++i) {
             const int k = first + i;
-            const int passing_count = project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
+            const int passing_count =
+                project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
             if (passing_count == 0) continue;
             const float2 rotation = disc.rotated ? rotation_of(listed[batch_first + k]) : (float2)(1.0f, 0.0f);
             count_crossings(&passing, passing_count, disc, rotation, samples, rank_table, counts + i * HS_MAX_SAMPLES, &walks[i]);
@@ -920,8 +1001,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
           if (lit == 2 || (lit == 0 && walks[i].touched)) asking[asking_count++] = i;
         }
         if (asking_count > 0) {
-          count_centre(light, &batch, first, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets, triangle_refs,
-                       triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
+          count_centre(light, &batch, first, asking, asking_count, tile, blocks, slot_count, rects, triangle_offsets,
+                       triangle_refs, triangle_capacity, triangles, vertices_ls, vertices_px, planes, crossings);
           for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
         }
 

@@ -1,7 +1,8 @@
 // Shadow fins: Cai et al. 2006 §3.4, and their layers: §4.2.
 
 // A fin's weight for this receiver, from the one for the reference plane (Eq. 5): s_r = 1/2 + (B_0/B_r) (s_0 - 1/2), and with
-// Eq. 3 B_0/B_r = w(Lb, L0) / w(Lb, Lr). A receiver before the fin sees nothing of it; at contact w vanishes, and with it the weight.
+// Eq. 3 B_0/B_r = w(Lb, L0) / w(Lb, Lr). A receiver before the fin sees nothing of it; at contact w vanishes, and with it the
+// weight.
 HS_INLINE vfloat refined_weight(const HsView light, const Receiver* r, vfloat s, vfloat d) {
   const vfloat beyond = d - r->plane_d;
   const vfloat refined = 0.5f + (d - light.d_far) / fmax(beyond, 1e-30f) * (s - 0.5f);
@@ -16,7 +17,8 @@ typedef struct {
   vint any;             // there is a fin
 } FinTexel;
 
-HS_INLINE FinTexel fin_texel(const HsView light, __global const float4* fins, const Receiver* r, vfloat lit, vint near, vint texel) {
+HS_INLINE FinTexel fin_texel(const HsView light, __global const float4* fins, const Receiver* r, vfloat lit, vint near,
+                             vint texel) {
   __global const float* values = (__global const float*)fins;
   const vint i = v_select((vint)(0), texel * 4, near);
   vfloat inner_s, inner_d, outer_s, outer_d;
@@ -34,7 +36,9 @@ HS_INLINE FinTexel fin_texel(const HsView light, __global const float4* fins, co
 }
 
 // Illuminance, before the falloff: hard shadow plus inner less outer weight.
-HS_INLINE vfloat illuminance(vfloat hard, const FinTexel* t) { return clamp(hard + t->inner - t->outer, 0.0f, 1.0f); }
+HS_INLINE vfloat illuminance(vfloat hard, const FinTexel* t) {
+  return clamp(hard + t->inner - t->outer, 0.0f, 1.0f);
+}
 
 // One layer of fins.
 HS_INLINE vfloat visibility_fins(const HsView light, __global const float* shadow_map, __global const float4* fins,
@@ -59,19 +63,18 @@ HS_INLINE vfloat visibility_fins(const HsView light, __global const float* shado
 __kernel void receive_fins(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                            __global const float4* normal, __global const float* shadow_map, __global const float4* fins,
                            __global const uchar* tile_near_fins, const uint falloff, __global float* visibility,
-                           const uint plane) {
-  HS_FOR_RECEIVERS(visibility_fins(light, shadow_map, fins, tile_near_fins, falloff, &r))
-}
-
+                           const uint plane){
+    HS_FOR_RECEIVERS(visibility_fins(light, shadow_map, fins, tile_near_fins, falloff, &r))}
 // ---------------------------------------------------------------------------------------------------------------- layers
-// Cai's combination of a layer with those before it (§4.2): lit here, the previous illuminance; in penumbra here, the lesser of the
-// two; in umbra here, this layer's. A layer whose caster does not cover the pixel has illuminance 1 less its outer weight, so that all
-// three are the lesser of the two. What is left is to know where a layer's caster covers the pixel:
+// Cai's combination of a layer with those before it (§4.2): lit here, the previous illuminance; in penumbra here, the lesser of
+// the two; in umbra here, this layer's. A layer whose caster does not cover the pixel has illuminance 1 less its outer weight, so
+// that all three are the lesser of the two. What is left is to know where a layer's caster covers the pixel:
 //   - where its inner fin lies on the hard shadow, which can be of a caster before it: then the lesser of the two is right again;
-//   - where an inner fin of another layer belongs to the same caster, the outline runs through both layers: the greater of the two;
+//   - where an inner fin of another layer belongs to the same caster, the outline runs through both layers: the greater of the
+//   two;
 //   - where a caster has no inner fin at all: umbra, see raster_casters.
-// The illuminance buffer, float4 a pixel, keeps for the texels that the light sees and for those in hard shadow apart: x: lit; y: in
-// shadow, of the casters done with; z: of the caster at hand; w: 1/Lb where that was last met.
+// The illuminance buffer, float4 a pixel, keeps for the texels that the light sees and for those in hard shadow apart: x: lit; y:
+// in shadow, of the casters done with; z: of the caster at hand; w: 1/Lb where that was last met.
 
 // The light's tiles that the receivers of a strip are near fins in: x0, y0 inclusive, x1, y1 exclusive; all 0 for none.
 #if HS_LANES == 16
@@ -91,9 +94,10 @@ HS_INLINE ushort4 joined(ushort4 rect, ushort4 other) {
   return (ushort4)(min(rect.x, other.x), min(rect.y, other.y), max(rect.z, other.z), max(rect.w, other.w));
 }
 
-// A receiver near fins, as the layers see it again and again: x, y: light map position in texels; z: 1/Lr; w: the lit texels of its
-// footprint, a bit each, or -1 where no fin is near.
-HS_INLINE void store_receiver(const Receiver* r, const Taps* lit, vint near, __global float4* layer_receivers, size_t first, int valid) {
+// A receiver near fins, as the layers see it again and again: x, y: light map position in texels; z: 1/Lr; w: the lit texels of
+// its footprint, a bit each, or -1 where no fin is near.
+HS_INLINE void store_receiver(const Receiver* r, const Taps* lit, vint near, __global float4* layer_receivers, size_t first,
+                              int valid) {
   const vfloat bits = lit->v00 + 2.0f * lit->v10 + 4.0f * lit->v01 + 8.0f * lit->v11;
   store_lanes4(r->u, r->v, r->plane_d, v_select((vfloat)(-1.0f), bits, near), layer_receivers, first, valid);
 }
@@ -116,8 +120,9 @@ HS_INLINE vfloat begin_layers(const HsView light, __global const float* shadow_m
   const vint near = near_fins(light, &f, r, near_any) & !r->decided;
   if (v_any(near)) {
     const vint tx = f.x / HS_TILE, ty = f.y / HS_TILE, none = (vint)(USHRT_MAX);
-    *rect = joined(*rect, convert_ushort4((int4)(v_least(v_select(none, tx, near)), v_least(v_select(none, ty, near)),
-                                                 1 - v_least(v_select(none, -tx, near)), 1 - v_least(v_select(none, -ty, near)))));
+    *rect =
+        joined(*rect, convert_ushort4((int4)(v_least(v_select(none, tx, near)), v_least(v_select(none, ty, near)),
+                                             1 - v_least(v_select(none, -tx, near)), 1 - v_least(v_select(none, -ty, near)))));
     const vfloat one = (vfloat)(1.0f);
     store_lanes4(one, one, one, (vfloat)(0.0f), illuminances, first, valid);
   }
@@ -141,8 +146,9 @@ __kernel void receive_layers_begin(const HsView light, const HsReceiverView view
     if (v_all(r.decided))
       store_lanes4(result, result, result, (vfloat)(-1.0f), layer_receivers, HS_PIXEL, valid);
     else
-      result = v_select(begin_layers(light, shadow_map, near_any, falloff, &r, layer_receivers, illuminances, HS_PIXEL, valid, &rect),
-                        r.visibility, r.decided);
+      result =
+          v_select(begin_layers(light, shadow_map, near_any, falloff, &r, layer_receivers, illuminances, HS_PIXEL, valid, &rect),
+                   r.visibility, r.decided);
     store_lanes(result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
   }
   strip_rects[get_global_id(1) * get_global_size(0) + get_global_id(0)] = rect;
@@ -157,7 +163,7 @@ HS_INLINE bool any_near(ushort4 rect, __global const uchar* near, uint tiles_x) 
 
 // Adds a texel with bilinear weight `weight` to the means over those texels that the light sees, and those in hard shadow.
 HS_INLINE void add_texel(const FinTexel* t, vfloat weight, vfloat* lit, vfloat* lit_weight, vfloat* other, vfloat* other_weight,
-                      vfloat* inner, vfloat* inner_d, vfloat* inner_weight) {
+                         vfloat* inner, vfloat* inner_d, vfloat* inner_weight) {
   // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
   weight = v_select((vfloat)(0.0f), weight, t->any);
   const vfloat sees = weight * t->lit, dark = weight - sees;
@@ -171,8 +177,9 @@ HS_INLINE void add_texel(const FinTexel* t, vfloat weight, vfloat* lit, vfloat* 
   *inner_weight += covers;
 }
 
-HS_INLINE void add_layer(const HsView light, const HsFinShape shape, __global const float4* fins, __global const uchar* near_layer,
-                         const Receiver* r, vint lit_bits, __global float4* illuminances, size_t first, int valid) {
+HS_INLINE void add_layer(const HsView light, const HsFinShape shape, __global const float4* fins,
+                         __global const uchar* near_layer, const Receiver* r, vint lit_bits, __global float4* illuminances,
+                         size_t first, int valid) {
   const Footprint f = footprint(light, r);
   const vint near = near_fins(light, &f, r, near_layer) & !r->decided;
   if (!v_any(near)) return;
@@ -182,8 +189,8 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, __global co
     const vfloat is_lit = v_select((vfloat)(0.0f), (vfloat)(1.0f), (lit_bits & (1 << k)) != 0);
     const FinTexel t = fin_texel(light, fins, r, is_lit, near, texel);
     if (v_any(t.any))
-      add_texel(&t, (k & 1 ? f.s : 1.0f - f.s) * (k & 2 ? f.t : 1.0f - f.t), &lit, &lit_weight, &other, &other_weight, &inner, &inner_d,
-                &inner_weight);
+      add_texel(&t, (k & 1 ? f.s : 1.0f - f.s) * (k & 2 ? f.t : 1.0f - f.t), &lit, &lit_weight, &other, &other_weight, &inner,
+                &inner_d, &inner_weight);
   }
   const float least = 1e-6f;
   if (!v_any(lit_weight + other_weight + inner_weight > least)) return;
@@ -228,8 +235,9 @@ HS_INLINE vint caster_bits_at(__global const float* caster_range, vfloat z) {
 #endif
 }
 
-// 1 where the texel's centre ray meets a caster, before the receiver, that no inner fin of any layer belongs to. Of the casters at the
-// receiver's own depth, or the step of it just before, only the one in the shadow map is known not to be the receiver itself.
+// 1 where the texel's centre ray meets a caster, before the receiver, that no inner fin of any layer belongs to. Of the casters
+// at the receiver's own depth, or the step of it just before, only the one in the shadow map is known not to be the receiver
+// itself.
 HS_INLINE vint other_caster_at(__global const float* shadow_map, __global const uint* other_casters,
                                __global const float* caster_range, vint own_bits, vint before, vint dark, vint texel) {
   texel = v_select((vint)(0), texel, dark);
@@ -278,9 +286,10 @@ __kernel void receive_layers_end(const HsView light, const HsReceiverView view, 
       vint lit;
       const Receiver r = load_receiver(layer_receivers, HS_PIXEL, valid, &lit);
       if (!v_all(r.decided))
-        store_lanes(v_select(end_layers(light, shadow_map, other_casters, caster_range, falloff, illuminances, HS_PIXEL, valid, &r, lit),
-                             load_lanes(out, HS_PIXEL, valid), r.decided),
-                    out, HS_PIXEL, valid);
+        store_lanes(
+            v_select(end_layers(light, shadow_map, other_casters, caster_range, falloff, illuminances, HS_PIXEL, valid, &r, lit),
+                     load_lanes(out, HS_PIXEL, valid), r.decided),
+            out, HS_PIXEL, valid);
     }
   }
 }

@@ -1,5 +1,5 @@
-// penumbra-maps: Wyman & Hansen 2003 §2. At each of the four nearest texels: in the hard shadow 0, else what the penumbra map holds; then
-// bilinear.
+// penumbra-maps: Wyman & Hansen 2003 §2. At each of the four nearest texels: in the hard shadow 0, else what the penumbra map
+// holds; then bilinear.
 HS_INLINE vfloat visibility_penumbra_map(const HsView light, __global const float* shadow_map, __global const float* penumbra_map,
                                          __global const uchar* tile_near_fins, const Receiver* r) {
   const Footprint f = footprint(light, r);

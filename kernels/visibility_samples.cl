@@ -1,7 +1,7 @@
 // light-samples: Heckbert & Herf 1997. The mean of hard shadows from points of the light's disc, one shadow map at a time.
 
-// visibility: float a pixel: the number of the samples before that see it, this one added; the first begins at 0. A sample behind the
-// receiver's face sees nothing of it.
+// visibility: float a pixel: the number of the samples before that see it, this one added; the first begins at 0. A sample behind
+// the receiver's face sees nothing of it.
 __kernel void receive_sample(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                              __global const float4* normal, __global const float* shadow_map, const uint casts, const uint index,
                              __global float* visibility, const uint plane) {
