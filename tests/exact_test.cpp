@@ -270,6 +270,8 @@ TEST(Exact, RefusesOtherNumbersOfSamples) {
   Renderer renderer(test_device());
   renderer.set_scene(box_over_floor());
   EXPECT_THROW(renderer.render(exact(100)), InputError);
+  renderer.render(exact(16));  // and goes on after that
+  EXPECT_EQ(renderer.read_frame().visibility.size(), 1u);
 }
 
 }  // namespace
