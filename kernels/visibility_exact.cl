@@ -266,12 +266,12 @@ __kernel void bound_receivers(const HsView light, const HsReceiverView view, __g
     int tile;
     if (one_tile(tiles, mine, &tile)) {
       const int far = -v_min(v_select((vint)(0), -z_bits, mine));
-      if (far > tile_far[tile]) atomic_max(&tile_far[tile], far);
+      atomic_max(&tile_far[tile], far);
       atomic_add(&tile_counts[tile], (uint)lane_count(mine));
     } else {
       for (int i = 0; i < HS_LANES; ++i) {
         if (!HS_LANE(mine, i)) continue;
-        if (HS_LANE(z_bits, i) > tile_far[HS_LANE(tiles, i)]) atomic_max(&tile_far[HS_LANE(tiles, i)], HS_LANE(z_bits, i));
+        atomic_max(&tile_far[HS_LANE(tiles, i)], HS_LANE(z_bits, i));
         atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
       }
     }
