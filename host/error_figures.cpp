@@ -11,6 +11,15 @@ std::vector<PixelKind> pixel_kinds(std::span<const glm::dvec3> position_ws, std:
                                    const Light& light) {
   if (position_ws.size() != normal_ws.size())
     throw InputError(fmt::format("pixel_kinds: {} positions, {} normals; they must agree", position_ws.size(), normal_ws.size()));
+  std::vector<PixelKind> kinds(position_ws.size(), PixelKind::ignored);
+  if (light.type != LightType::spot) {  // shines everywhere
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      if (!(normal_ws[i].w > 0.0f)) continue;
+      const glm::dvec3 along = light.type == LightType::point ? position_ws[i] - light.position : light.direction;
+      kinds[i] = glm::dot(glm::dvec3(normal_ws[i]), along) < 0.0 ? PixelKind::counted : PixelKind::away;
+    }
+    return kinds;
+  }
   // The light's axes by their definition, not by the code under test.
   const glm::dvec3 axis = glm::normalize(light.target - light.position);
   const bool along_y = std::abs(axis.y) > std::cos(glm::radians(8.0));
@@ -18,7 +27,6 @@ std::vector<PixelKind> pixel_kinds(std::span<const glm::dvec3> position_ws, std:
   const glm::dvec3 right = glm::normalize(glm::cross(axis, up)), above = glm::cross(right, axis);
   const double tan_half_cone = std::tan(glm::radians(light.cone_deg) / 2.0);
 
-  std::vector<PixelKind> kinds(position_ws.size(), PixelKind::ignored);
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     if (!(normal_ws[i].w > 0.0f)) continue;
     const glm::dvec3 from_light = position_ws[i] - light.position;

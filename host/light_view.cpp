@@ -11,18 +11,21 @@ namespace halfshade {
 
 // Host and device must agree about every struct (a test asks the device for its own sizes).
 static_assert(sizeof(HsBlock) == 16);
-static_assert(sizeof(HsTransform) == 48);
+static_assert(sizeof(HsTransform) == 64);
 static_assert(sizeof(HsView) == 96 && offsetof(HsView, znear) == 64);
 static_assert(sizeof(HsFeature) == 32);
 static_assert(sizeof(HsFinShape) == 16);
 static_assert(sizeof(HsLayer) == 16);
 static_assert(sizeof(HsStatus) == 16);
-static_assert(sizeof(HsReceiverView) == 128 && offsetof(HsReceiverView, width_px) == 112);
+static_assert(sizeof(HsReceiverView) == 176 && offsetof(HsReceiverView, width_px) == 144);
 static_assert(sizeof(HsShadeLight) == 96);
 static_assert(sizeof(HsEdge) == 64);
 static_assert(sizeof(HsDisc) == 32);
 
 namespace {
+
+/// The tangent of half of a cone that has no border.
+constexpr double everywhere = 1e15;
 
 cl_float4 float4_of(const glm::dvec3& v, double w = 0.0) {
   return {{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), static_cast<float>(w)}};
@@ -46,6 +49,12 @@ glm::dmat4 look_along(const glm::dvec3& position, const glm::dvec3& axis, const 
   return view;
 }
 
+/// A point as a view sees it.
+glm::dvec3 in_view(const glm::dmat4& view, const glm::dvec3& p) {
+  const glm::dvec4 h = view * glm::dvec4(p, 1.0);
+  return glm::dvec3(h) / h.w;
+}
+
 glm::dvec3 corner_of(const Bounds& bounds, int i) {
   return {i & 1 ? bounds.high.x : bounds.low.x, i & 2 ? bounds.high.y : bounds.low.y, i & 4 ? bounds.high.z : bounds.low.z};
 }
@@ -60,7 +69,7 @@ ViewBounds bounds_in_view(const Frustum& frustum, const PlacedMesh& mesh) {
   const glm::dmat4 view_from_mesh = frustum.view_from_world * mesh.world_from_mesh;
   ViewBounds bounds;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 p = view_from_mesh * glm::dvec4(corner_of(mesh.bounds, i), 1.0);
+    const glm::dvec3 p = in_view(view_from_mesh, corner_of(mesh.bounds, i));
     bounds.z_low = std::min(bounds.z_low, p.z);
     bounds.z_high = std::max(bounds.z_high, p.z);
     if (p.z > 0.0) {
@@ -110,15 +119,31 @@ Frustum camera_frustum(const Camera& camera) {
   return frustum;
 }
 
-Frustum light_frustum(const Light& light) {
-  const glm::dvec3 axis = glm::normalize(light.target - light.position);
+glm::dmat4 light_axes(const Light& light) {
+  const bool is_sun = light.type == LightType::directional;
+  const glm::dvec3 axis = glm::normalize(is_sun ? light.direction : light.target - light.position);
   // Up is world +Y, or +Z where the axis is within 8 degrees of Y.
   const glm::dvec3 up =
       light.up ? *light.up : (std::abs(axis.y) > std::cos(glm::radians(8.0)) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
-  Frustum frustum;
-  frustum.view_from_world = look_along(light.position, axis, up);
-  frustum.tan_half_x = frustum.tan_half_y = std::tan(glm::radians(light.cone_deg) / 2);
-  return frustum;
+  return look_along(is_sun ? glm::dvec3(0.0) : light.position, axis, up);
+}
+
+Frustum light_frustum(const Light& light) {
+  const double tan_half = std::tan(glm::radians(light.cone_deg) / 2);
+  return {light_axes(light), tan_half, tan_half};
+}
+
+Frustum directional_frustum(const Light& light, double horizon, double unit) {
+  glm::dmat4 project(0.0);  // columns of (x, y, unit) / (horizon - z), both divided by the unit
+  project[0][0] = project[1][1] = 1.0 / unit;
+  project[3][2] = 1.0;
+  project[2][3] = -1.0 / unit;
+  project[3][3] = horizon / unit;
+  return {project * light_axes(light), everywhere, everywhere};
+}
+
+double disc_radius(const Light& light) {
+  return light.type == LightType::directional ? std::tan(glm::radians(light.angular_radius_deg)) : light.radius;
 }
 
 HsView camera_view(const Camera& camera, unsigned tile_px) {
@@ -144,23 +169,24 @@ std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vec
 
 /// True for a flat mesh (a floor, a wall) that has all of the light on one side and no receiver on the other: it casts on
 /// nothing, however much of the light's cone it fills.
-bool casts_on_nothing(const Frustum& light, double light_radius, const std::vector<PlacedMesh>& meshes,
-                      const std::vector<std::uint32_t>& lit, std::uint32_t flat) {
+bool casts_on_nothing(const Light& light, const std::vector<PlacedMesh>& meshes, const std::vector<std::uint32_t>& lit,
+                      std::uint32_t flat) {
   const PlacedMesh& mesh = meshes[flat];
   const glm::dvec3 extent = mesh.bounds.high - mesh.bounds.low;
   const int axis = extent.x <= 0.0 ? 0 : extent.y <= 0.0 ? 1 : extent.z <= 0.0 ? 2 : -1;
   if (axis < 0) return false;
-  const glm::dmat4 light_from_mesh = light.view_from_world * mesh.world_from_mesh;
+  const glm::dmat4 light_from_world = light_axes(light), light_from_mesh = light_from_world * mesh.world_from_mesh;
   const glm::dvec3 along0 = light_from_mesh[(axis + 1) % 3], along1 = light_from_mesh[(axis + 2) % 3];
   const glm::dvec3 anchor = light_from_mesh * glm::dvec4(mesh.bounds.low, 1.0);
   glm::dvec3 normal = glm::cross(along0, along1);
-  if (glm::dot(normal, anchor) > 0.0) normal = -normal;  // towards the light
-  if (-glm::dot(normal, anchor) <= light_radius * glm::length(glm::dvec2(normal))) return false;
+  const glm::dvec3 from_light = light.type == LightType::directional ? glm::dvec3(0.0, 0.0, 1.0) : anchor;
+  if (glm::dot(normal, from_light) > 0.0) normal = -normal;  // towards the light
+  if (-glm::dot(normal, from_light) <= disc_radius(light) * glm::length(glm::dvec2(normal))) return false;
   const double size = glm::length(glm::dvec3(light_from_mesh * glm::dvec4(mesh.bounds.high, 1.0)) - anchor);
   const double slack = 1e-3 * glm::length(normal) * size;  // things that stand on it may sink in by rounding
   for (const std::uint32_t other : lit) {
     if (other == flat || !meshes[other].receives_shadow) continue;
-    const glm::dmat4 light_from_other = light.view_from_world * meshes[other].world_from_mesh;
+    const glm::dmat4 light_from_other = light_from_world * meshes[other].world_from_mesh;
     for (int i = 0; i < 8; ++i)
       if (glm::dot(normal, glm::dvec3(light_from_other * glm::dvec4(corner_of(meshes[other].bounds, i), 1.0)) - anchor) < -slack)
         return false;
@@ -170,16 +196,35 @@ bool casts_on_nothing(const Frustum& light, double light_radius, const std::vect
 
 LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px) {
   LightView fitted;
-  fitted.frustum = light_frustum(light);
-  const double cone = fitted.frustum.tan_half_x;
+  if (light.type == LightType::directional) {
+    // As deep again behind the scene as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of two:
+    // the texel grid stays where it is as things move.
+    double low = 1e300, high = -1e300;
+    const glm::dmat4 light_from_world = light_axes(light);
+    for (const PlacedMesh& mesh : meshes)
+      for (int i = 0; i < 8; ++i) {
+        const double z = in_view(light_from_world * mesh.world_from_mesh, corner_of(mesh.bounds, i)).z;
+        low = std::min(low, z);
+        high = std::max(high, z);
+      }
+    const double depth = meshes.empty() ? 1.0 : std::max(high - low, 1e-6 * std::max({std::abs(high), std::abs(low), 1e-30}));
+    fitted.horizon = meshes.empty() ? 1.0 : high + depth;
+    fitted.unit = std::exp2(std::ceil(std::log2(2.0 * depth)));
+    fitted.frustum = directional_frustum(light, fitted.horizon, fitted.unit);
+  } else {
+    fitted.frustum = light_frustum(light);
+  }
+  const double cone = fitted.frustum.tan_half_x, radius = disc_radius(light);
 
   // A shadow falls where the light cone, the casters widened by their penumbrae, and the receivers overlap.
   const std::vector<std::uint32_t> lit = meshes_in_view(fitted.frustum, meshes, 0.0, 1e300);
+  double farthest = 0.0;
+  for (const std::uint32_t i : lit) farthest = std::max(farthest, bounds_in_view(fitted.frustum, meshes[i]).z_high);
   ViewBounds casting, receiving;
   for (const std::uint32_t i : lit) {
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
-    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, light.radius, meshes, lit, i)) {
-      const double widest = bounds.z_low > 0.0 ? light.radius / bounds.z_low : 2.0 * cone;
+    if (meshes[i].casts_shadow && !casts_on_nothing(light, meshes, lit, i)) {
+      const double widest = bounds.z_low > 0.0 ? radius * (1.0 / bounds.z_low - 1.0 / farthest) : 2.0 * cone;
       casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
       casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);
       fitted.casters.push_back(i);
@@ -214,7 +259,16 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   const glm::uvec2 size_px = glm::clamp(glm::uvec2(std::ceil((high.x - corner.x) / texel), std::ceil((corner.y - low.y) / texel)),
                                         glm::uvec2(2), glm::uvec2(std::max(2u, resolution_px)));
 
-  fitted.view = base_view(fitted.frustum, 1.0 / texel, corner, size_px, tile_px);
+  if (light.type == LightType::directional) {
+    // Relative to the corner, however far from the world's origin that is.
+    glm::dmat4 to_corner(1.0);
+    to_corner[2][0] = -corner.x;
+    to_corner[2][1] = -corner.y;
+    fitted.frustum.view_from_world = to_corner * fitted.frustum.view_from_world;
+    fitted.view = base_view(fitted.frustum, 1.0 / texel, glm::dvec2(0.0), size_px, tile_px);
+  } else {
+    fitted.view = base_view(fitted.frustum, 1.0 / texel, corner, size_px, tile_px);
+  }
   fitted.lm_from_px_scale = texel;
   fitted.lm_from_px_origin = corner;
   fitted.zfar = z_high * 1.001;
@@ -227,7 +281,7 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
 cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, double znear) {
   const glm::dmat4 view_from_mesh = view_from_world * mesh.world_from_mesh;
   for (int i = 0; i < 8; ++i)
-    if ((view_from_mesh * glm::dvec4(corner_of(mesh.bounds, i), 1.0)).z <= znear * 1.001) return HS_CULL_NONE;
+    if (in_view(view_from_mesh, corner_of(mesh.bounds, i)).z <= znear * 1.001) return HS_CULL_NONE;
   // Views are left-handed and pixel rows count downwards, so that an outward face has negative area in pixels where the mesh is
   // not mirrored: counter-clockwise as ever, with y down.
   const double handedness = mesh.orientation * glm::determinant(glm::dmat3(mesh.world_from_mesh));
@@ -236,11 +290,14 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
 
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count) {
   const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  const double distance = light.radius * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
-  const glm::dmat4& light_from_world = fitted.frustum.view_from_world;
+  const double distance = disc_radius(light) * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
+  const glm::dmat4 light_from_world = light_axes(light);
   const glm::dvec3 up = row_of(light_from_world, 1);
   const glm::dvec3 offset = row_of(light_from_world, 0) * (distance * std::cos(angle)) + up * (distance * std::sin(angle));
   Light point = light;
+  // A point s of the sun's disc is where direction -(s, -1) leads.
+  point.direction = row_of(light_from_world, 2) - offset;
+  point.angular_radius_deg = 0.0;
   point.position += offset;
   point.target += offset;
   point.up = up;
@@ -249,35 +306,43 @@ Light light_sample(const Light& light, const LightView& fitted, unsigned index, 
   return point;
 }
 
-HsView whole_cone_view(const Light& light) {
-  const Frustum frustum = light_frustum(light);
+HsView whole_cone_view(const LightView& fitted) {
+  const Frustum& frustum = fitted.frustum;
   return base_view(frustum, 1.0 / frustum.tan_half_x, {-frustum.tan_half_x, frustum.tan_half_x}, {2, 2}, 2);
 }
 
 HsTransform transform_rows(const glm::dmat4& m) {
-  return {float4_of(row_of(m, 0), m[3][0]), float4_of(row_of(m, 1), m[3][1]), float4_of(row_of(m, 2), m[3][2])};
+  return {float4_of(row_of(m, 0), m[3][0]), float4_of(row_of(m, 1), m[3][1]), float4_of(row_of(m, 2), m[3][2]),
+          float4_of(row_of(m, 3), m[3][3])};
 }
 
-HsReceiverView receiver_view(const Camera& camera, const Light& light, bool has_depth) {
+HsReceiverView receiver_view(const Camera& camera, const Light& light, const LightView& fitted, bool has_depth) {
   const Frustum from = camera_frustum(camera);
-  const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
-  const glm::dmat4 light_from_view = light_from_world * glm::inverse(from.view_from_world);
+  const glm::dmat4 light_from_view = fitted.frustum.view_from_world * glm::inverse(from.view_from_world);
   const double q_per_px = 2.0 * from.tan_half_y / camera.resolution.y;
-  const glm::dmat3 turn(light_from_view);
+  const auto direction = [&](double x, double y, double z) {
+    const glm::dvec4 h = light_from_view * glm::dvec4(x, y, z, 0.0);
+    return float4_of(glm::dvec3(h), h.w);
+  };
 
   HsReceiverView view{};
-  view.ray0 = float4_of(turn * glm::dvec3(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0));
-  view.ray_dx = float4_of(turn * glm::dvec3(q_per_px, 0.0, 0.0));
-  view.ray_dy = float4_of(turn * glm::dvec3(0.0, -q_per_px, 0.0));
-  view.origin = float4_of(glm::dvec3(light_from_view[3]));
-  const HsTransform rows = transform_rows(light_from_world);
+  view.ray0 = direction(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0);
+  view.ray_dx = direction(q_per_px, 0.0, 0.0);
+  view.ray_dy = direction(0.0, -q_per_px, 0.0);
+  view.origin = float4_of(glm::dvec3(light_from_view[3]), light_from_view[3].w);
+  const HsTransform rows = transform_rows(fitted.frustum.view_from_world);
   view.from_world_x = rows.row_x;
   view.from_world_y = rows.row_y;
   view.from_world_z = rows.row_z;
+  view.from_world_w = rows.row_w;
+  const bool is_sun = light.type == LightType::directional;
+  view.axis_ws = float4_of(row_of(light_axes(light), 2) / fitted.unit, is_sun ? 0.0 : 1.0);
+  view.unit = static_cast<float>(fitted.unit);
+  view.size_per_px = static_cast<float>(q_per_px);
   view.width_px = camera.resolution.x;
   view.height_px = camera.resolution.y;
   view.has_depth = has_depth;
-  view.tan_half_cone = static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
+  view.tan_half_cone = static_cast<float>(fitted.frustum.tan_half_x);
   return view;
 }
 
@@ -297,14 +362,16 @@ HsReceiverView shade_view(const Camera& camera, bool has_depth) {
 }
 
 HsShadeLight shade_light(const Camera& camera, const Light& light) {
-  const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
+  const glm::dmat4 light_from_world = light_axes(light);
+  const bool is_sun = light.type == LightType::directional;
   HsShadeLight shade{};
-  shade.position_ws = float4_of(light.position - camera.position);
+  shade.position_ws =
+      is_sun ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
   shade.color = float4_of(glm::dvec3(light.color) * light.intensity);
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));
   shade.from_camera_y = float4_of(row_of(light_from_world, 1));
   shade.from_camera_z = float4_of(row_of(light_from_world, 2));
-  shade.tan_half_cone = static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
+  shade.tan_half_cone = is_sun ? 0.0f : static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
   return shade;
 }
 

@@ -8,8 +8,9 @@
 
 namespace halfshade {
 
-/// A direction to look in: x right, y up, z forward, all unit and orthogonal, and where from.
+/// What a view sees: x right, y up, z forward from where it looks.
 struct Frustum {
+  /// Unit and orthogonal axes; a directional light's is projective on top of that (see directional_frustum): divide by w.
   glm::dmat4 view_from_world{1.0};
   double tan_half_x = 0.0, tan_half_y = 0.0;
 };
@@ -35,14 +36,28 @@ struct LightView {
   std::vector<std::uint32_t> drawn;    ///< meshes to draw into the shadow map: the casters, and casting meshes behind them
   double lm_from_px_scale = 0.0;       ///< light map units a texel
   glm::dvec2 lm_from_px_origin{0.0};   ///< light map coordinates of the top left corner of texel (0, 0)
-  double znear = 0.0, zfar = 0.0;
+  double znear = 0.0, zfar = 0.0;      ///< in the frustum's space
+  double horizon = 0.0, unit = 1.0;    ///< of a directional light's frustum
 };
 
 /// T · Rz·Ry·Rx · S, then the mesh's local origin.
 glm::dmat4 world_from_mesh(const SceneMesh& mesh);
 
 Frustum camera_frustum(const Camera& camera);
+/// A light's right, up and axis as rows, from its position; a directional light's from the world's origin.
+glm::dmat4 light_axes(const Light& light);
+/// Of a spot light.
 Frustum light_frustum(const Light& light);
+/// A directional light as the disc of a light at the origin of a space that is a projective image of the world:
+/// p' = (x, y, unit) / (horizon - z), where x, y and z are along the light's axes. It takes lines and planes to lines and planes,
+/// the points at infinity in direction (sx, sy, -1), from which the light comes, to (sx, sy, 0), and keeps what hides what: the
+/// cone of directions is a disc of radius tan(angular radius) facing +z. In its light map q = (x, y) / unit, and the depth key 1/z'
+/// is (horizon - z) / unit, so that the penumbra's half-width R (1/Lb' - 1/Lr') is tan(angular radius) (Lr - Lb).
+/// Everything that casts or receives must lie before z = horizon.
+Frustum directional_frustum(const Light& light, double horizon, double unit);
+
+/// The radius of the light's disc in its own space, R of the penumbra's half-width: 0 for hard shadows.
+double disc_radius(const Light& light);
 
 /// The camera's view on its pixel grid of `tile_px` tiles.
 HsView camera_view(const Camera& camera, unsigned tile_px);
@@ -58,7 +73,7 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count);
 
 /// A view whose map is the light's whole cone, to ask where receivers lie but not for what casts on them.
-HsView whole_cone_view(const Light& light);
+HsView whole_cone_view(const LightView& fitted);
 
 /// Meshes that may be seen: not wholly outside one plane of the frustum.
 std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vector<PlacedMesh>& meshes, double znear,
@@ -71,8 +86,8 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
 /// Rows of the 3x4 matrix to_view * world_from_mesh, composed in double.
 HsTransform transform_rows(const glm::dmat4& view_from_mesh);
 
-/// What turns a camera's pixels with their view depths, or positions relative to the world, into light space.
-HsReceiverView receiver_view(const Camera& camera, const Light& light, bool has_depth);
+/// What turns a camera's pixels with their view depths, or positions relative to the world, into the space of a light's map.
+HsReceiverView receiver_view(const Camera& camera, const Light& light, const LightView& fitted, bool has_depth);
 
 /// The light relative to the camera's position, as shading reads it.
 HsShadeLight shade_light(const Camera& camera, const Light& light);

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <thread>
@@ -28,16 +29,20 @@ double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// A light's disc in Embree's coordinates.
+/// A light's disc in Embree's coordinates: a point of it is centre + x right + y up, where x, y is of the unit disc. Of a
+/// directional light (w = 0) these are directions, to where it comes from.
 struct Disc {
-  glm::vec3 centre, right, up;  // right and up are as long as the radius
+  glm::vec3 centre, right, up;
+  float w;
 };
 
 Disc disc_of(const Light& light, const glm::dvec3& origin_ws) {
-  const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
-  const glm::dvec3 right(light_from_world[0][0], light_from_world[1][0], light_from_world[2][0]);
-  const glm::dvec3 up(light_from_world[0][1], light_from_world[1][1], light_from_world[2][1]);
-  return {glm::vec3(light.position - origin_ws), glm::vec3(right * light.radius), glm::vec3(up * light.radius)};
+  const glm::dmat4 light_from_world = light_axes(light);
+  const auto axis = [&](int i) { return glm::dvec3(light_from_world[0][i], light_from_world[1][i], light_from_world[2][i]); };
+  const bool is_sun = light.type == LightType::directional;
+  const glm::dvec3 centre = is_sun ? -axis(2) : light.position - origin_ws;
+  return {glm::vec3(centre), glm::vec3(axis(0) * disc_radius(light)), glm::vec3(axis(1) * disc_radius(light)),
+          is_sun ? 0.0f : 1.0f};
 }
 
 /// A pattern as two arrays, padded to whole packets.
@@ -120,9 +125,9 @@ class Tracer {
     ray_.org_x[k] = p.x;
     ray_.org_y[k] = p.y;
     ray_.org_z[k] = p.z;
-    ray_.dir_x[k] = disc_.centre.x + x * axes.x.x + y * axes.y.x - p.x;
-    ray_.dir_y[k] = disc_.centre.y + x * axes.x.y + y * axes.y.y - p.y;
-    ray_.dir_z[k] = disc_.centre.z + x * axes.x.z + y * axes.y.z - p.z;
+    ray_.dir_x[k] = disc_.centre.x + x * axes.x.x + y * axes.y.x - disc_.w * p.x;
+    ray_.dir_y[k] = disc_.centre.y + x * axes.x.y + y * axes.y.y - disc_.w * p.y;
+    ray_.dir_z[k] = disc_.centre.z + x * axes.x.z + y * axes.y.z - disc_.w * p.z;
   }
 
   /// Traces the first `count` rays, up to the light. tfar is negative where one is blocked.
@@ -130,7 +135,7 @@ class Tracer {
     alignas(64) int valid[packet_size];
     for (int k = 0; k < packet_size; ++k) {
       valid[k] = k < count ? -1 : 0;
-      ray_.tfar[k] = 1.0f;
+      ray_.tfar[k] = disc_.w != 0.0f ? 1.0f : std::numeric_limits<float>::infinity();
     }
     rtcOccluded16(valid, scene_, &context_, &ray_);
     unsigned lit = 0;
@@ -302,7 +307,7 @@ std::vector<float> trace_visibility(const RayScene& scene, const Light& light, c
   std::vector<float> visibility(receivers.kinds.size());
   for (std::size_t i = 0; i < visibility.size(); ++i) visibility[i] = receivers.kinds[i] == PixelKind::away ? 0.0f : 1.0f;
   // All samples of a point are one.
-  const bool is_point = light.radius <= 0.0;
+  const bool is_point = disc_radius(light) <= 0.0;
   const Pattern first = pattern_of(is_point                   ? disc_samples(1)
                                    : settings.pattern.empty() ? disc_samples(settings.samples, settings.seed)
                                                               : settings.pattern);
@@ -346,7 +351,7 @@ TruthCache::TruthCache(std::filesystem::path folder) : folder_(folder.empty() ? 
 std::string truth_key(const Scene& scene, const RayScene& rays, const Light& light, const RayReceivers& receivers,
                       unsigned samples) {
   Hasher hasher;
-  hasher.add(std::uint32_t{2});  // raised when tracing changes
+  hasher.add(std::uint32_t{3});  // raised when tracing changes
   for (const SceneMesh& mesh : scene.meshes) {
     if (!mesh.casts_shadow) continue;
     hasher.add(world_from_mesh(mesh));

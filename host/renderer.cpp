@@ -442,8 +442,8 @@ struct Renderer::State {
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
     const DiscSamples& samples = samples_of(chosen_samples(settings));
     HsDisc disc{};
-    disc.radius = static_cast<float>(light.radius);
-    disc.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
+    disc.radius = static_cast<float>(disc_radius(light));
+    disc.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
     disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
     disc.table_per_turn = samples.per_turn;
@@ -506,8 +506,9 @@ struct Renderer::State {
   }
 
   static bool has_fins(const Settings& settings, const Light& light) {
-    if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || light.radius > 0.0;
-    return light.radius > 0.0 && (settings.method == Method::penumbra_maps || settings.method == Method::fins ||
+    const double radius = disc_radius(light);
+    if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || radius > 0.0;
+    return radius > 0.0 && (settings.method == Method::penumbra_maps || settings.method == Method::fins ||
                                   settings.method == Method::layered_fins);
   }
 
@@ -560,7 +561,7 @@ struct Renderer::State {
     if (settings.method == Method::smoothies && settings.smoothie_width > 0.0)
       shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
     else
-      shape.radius_px = static_cast<float>(light.radius / fitted.lm_from_px_scale);
+      shape.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
     shape.two_sided = settings.method == Method::fins || settings.method == Method::layered_fins;
     shape.drop_hidden = !shape.two_sided || settings.faithful ? 0 : layers_of(settings) > 1 ? 1 : 2;
     return shape;
@@ -588,12 +589,12 @@ struct Renderer::State {
       const LightView from = fit_light_view(point, placed, settings.light_resolution_px, device->tile_px);
       const cl_uint casts = !from.casters.empty();
       if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
-      HsReceiverView view = receiver_view(scene.camera, point, has_depth);
+      HsReceiverView view = receiver_view(scene.camera, point, from, has_depth);
       view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
       launch_pixels("receive_sample", size_px, from.view, view, depth_or_position, normals, shadow_map.get(), casts, i, out,
                     plane);
     }
-    launch_pixels("receive_samples_end", size_px, whole_cone_view(light), receiver_view(scene.camera, light, has_depth),
+    launch_pixels("receive_samples_end", size_px, whole_cone_view(fitted), receiver_view(scene.camera, light, fitted, has_depth),
                   depth_or_position, normals, static_cast<cl_uint>(chosen_samples(settings)), out, plane);
   }
 
@@ -608,7 +609,7 @@ struct Renderer::State {
     label = light.name;
 
     const bool has_depth = gbuffer.depth != nullptr;
-    const HsReceiverView view = receiver_view(scene.camera, light, has_depth);
+    const HsReceiverView view = receiver_view(scene.camera, light, fitted, has_depth);
     const cl::Buffer depth_or_position(has_depth ? gbuffer.depth : gbuffer.position, true), normals(gbuffer.normal, true);
     const auto receive = [&](std::string_view kernel, const auto&... args) {
       launch_pixels(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
@@ -617,7 +618,7 @@ struct Renderer::State {
       draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
     else if (!casts)
       receive("receive_all");
-    else if (settings.method == Method::light_samples && chosen_samples(settings) > 1 && light.radius > 0.0)
+    else if (settings.method == Method::light_samples && chosen_samples(settings) > 1 && disc_radius(light) > 0.0)
       draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
@@ -877,13 +878,14 @@ LightBuffers Renderer::read_light_buffers(std::size_t light) {
     const HsView& view = fitted.view;
     const std::size_t texels = pixels_of(view);
     buffers.resolution = {view.width_px, view.height_px};
-    buffers.lm_from_px_origin = fitted.lm_from_px_origin;
-    buffers.lm_from_px_scale = fitted.lm_from_px_scale;
-    buffers.znear = fitted.znear;
-    buffers.zfar = fitted.zfar;
+    const bool is_sun = s.scene.lights[light].type == LightType::directional;
+    const auto depth_of = [&](double z) { return is_sun ? fitted.horizon - fitted.unit / z : z; };
+    buffers.lm_from_px_origin = fitted.lm_from_px_origin * fitted.unit;
+    buffers.lm_from_px_scale = fitted.lm_from_px_scale * fitted.unit;
+    buffers.znear = depth_of(fitted.znear);
+    buffers.zfar = depth_of(fitted.zfar);
     const auto far_where_empty = [&](std::vector<float> plane) {
-      for (float& z : plane)
-        if (z >= HS_EMPTY_Z) z = static_cast<float>(fitted.zfar);
+      for (float& z : plane) z = static_cast<float>(depth_of(z >= HS_EMPTY_Z ? fitted.zfar : z));
       return plane;
     };
     buffers.planes.push_back({"shadow_map.Z", far_where_empty(read<float>(queue, s.shadow_map.get(), texels))});

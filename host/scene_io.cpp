@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <type_traits>
 #include <variant>
 
@@ -22,11 +23,22 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// What the "type" of a light may be.
-constexpr std::array<std::string_view, 1> light_types{"spot"};
+/// What the "type" of a light may be, in the order of LightType, and which keys each has.
+constexpr std::array<std::string_view, 3> light_types{"spot", "directional", "point"};
+constexpr std::string_view spot_keys[] = {"name",   "type",     "color", "intensity", "position", "target", "up",
+                                          "radius", "cone_deg"};
+constexpr std::string_view directional_keys[] = {"name", "type", "color", "intensity", "direction", "up", "angular_radius_deg"};
+constexpr std::string_view point_keys[] = {"name", "type", "color", "intensity", "position", "radius"};
+
+std::span<const std::string_view> light_keys(LightType type) {
+  if (type == LightType::directional) return directional_keys;
+  if (type == LightType::point) return point_keys;
+  return spot_keys;
+}
 
 constexpr unsigned max_resolution_px = 16384;
 constexpr double max_angle_deg = 175.0;
+constexpr double max_angular_radius_deg = 45.0;
 
 /// The least sine of the angle between an axis and its up direction.
 constexpr double min_up_sine = 1e-6;
@@ -83,9 +95,17 @@ class Node {
     throw InputError(fmt::format("{}expected {} (found {}){}", start_of_message(), expected, shown(*value_), remedy));
   }
 
-  /// This value, once it is an object with no other keys than these.
-  const Node& object(std::initializer_list<std::string_view> known_keys) const {
+  /// This value, once it is an object.
+  const Node& object() const {
     if (!value_->is_object()) fail("an object");
+    return *this;
+  }
+  const Node& object(std::initializer_list<std::string_view> known_keys) const {
+    return object(std::span(known_keys.begin(), known_keys.size()));
+  }
+  /// The same, with no other keys than these.
+  const Node& object(std::span<const std::string_view> known_keys) const {
+    object();
     for (const auto& [key, value] : value_->items()) {
       if (std::ranges::find(known_keys, key) != known_keys.end()) continue;
       throw InputError(fmt::format("{}expected one of the keys {} (found {}){}", start_of_message(), fmt::join(known_keys, ", "),
@@ -254,19 +274,23 @@ Camera read_camera(const Node& node) {
 }
 
 Light read_light(const Node& node, std::string default_name) {
-  node.object({"name", "type", "position", "target", "up", "radius", "cone_deg", "color", "intensity"});
-  const auto type = node.at("type").as<std::string>();
-  if (std::ranges::find(light_types, type) == light_types.end()) {
+  const auto type = node.object().at("type").as<std::string>();
+  const auto found = std::ranges::find(light_types, type);
+  if (found == light_types.end())
     node.at("type").fail(fmt::format("one of the light types {}", fmt::join(light_types, ", ")), suggestion(type, light_types));
-  }
   Light light;
+  light.type = static_cast<LightType>(found - light_types.begin());
+  node.object(light_keys(light.type));
+  const auto has = [&](std::string_view key) { return std::ranges::count(light_keys(light.type), key) > 0; };
   light.name = std::move(default_name);
   node.read("name", light.name);
   if (light.name.empty()) node.fail("a light with a name");
-  node.require("position", light.position);
-  node.require("target", light.target);
+  if (has("position")) node.require("position", light.position);
+  if (has("target")) node.require("target", light.target);
+  if (has("direction")) node.require("direction", light.direction);
   if (node.has("up")) light.up = node.at("up").as<glm::dvec3>();
   node.read("radius", light.radius);
+  node.read("angular_radius_deg", light.angular_radius_deg);
   node.read("cone_deg", light.cone_deg);
   node.read("color", light.color);
   node.read("intensity", light.intensity);
@@ -291,9 +315,14 @@ void for_each_property(S& scene, Visit&& visit) {
   visit("camera", "position", Property<S>(&scene.camera.position));
   visit("camera", "target", Property<S>(&scene.camera.target));
   for (auto& light : scene.lights) {
-    visit(light.name, "position", Property<S>(&light.position));
-    visit(light.name, "target", Property<S>(&light.target));
-    visit(light.name, "radius", Property<S>(&light.radius));
+    const auto visit_own = [&](std::string_view member, Property<S> property) {
+      if (std::ranges::count(light_keys(light.type), member) > 0) visit(light.name, member, property);
+    };
+    visit_own("position", &light.position);
+    visit_own("target", &light.target);
+    visit_own("radius", &light.radius);
+    visit_own("direction", &light.direction);
+    visit_own("angular_radius_deg", &light.angular_radius_deg);
     visit(light.name, "intensity", Property<S>(&light.intensity));
   }
 }
@@ -316,7 +345,7 @@ Property<S> property_of(S& scene, std::string_view target, std::string_view wher
   });
   throw InputError(
       fmt::format("{}: expected <mesh>.translation|rotation_deg|scale, camera.position|target or "
-                  "<light>.position|target|radius|intensity (found {}){}",
+                  "<light>.intensity or what its type has of position|target|radius|direction|angular_radius_deg (found {}){}",
                   where, shown(target), suggestion(target, known)));
 }
 
@@ -408,6 +437,10 @@ struct Checker {
     expect(value_deg > 0.0 && value_deg < max_angle_deg, member, value_deg, "an angle above 0 and below 175 degrees");
   }
 
+  void angular_radius(std::string_view member, double value_deg) const {
+    expect(value_deg >= 0.0 && value_deg < max_angular_radius_deg, member, value_deg, "an angle from 0 to below 45 degrees");
+  }
+
   void scale(std::string_view member, const glm::dvec3& value) const {
     finite(member, value);
     expect(value.x != 0.0 && value.y != 0.0 && value.z != 0.0, member, value, "numbers other than 0");
@@ -420,12 +453,17 @@ struct Checker {
     const glm::dvec3 axis = target - position;
     const double length = glm::length(axis);
     expect(std::isfinite(length) && length > 0.0, "target", target, "a place away from position, and not out of reach");
-    if (up == nullptr) return;
-    finite("up", *up);
-    const double up_length = glm::length(*up);
+    if (up != nullptr) frame(axis, *up, "the line from position to target");
+  }
+
+  /// That `up` makes a frame with a direction, which is called `axis_name`.
+  void frame(const glm::dvec3& axis, const glm::dvec3& up, std::string_view axis_name) const {
+    const double length = glm::length(axis);
+    finite("up", up);
+    const double up_length = glm::length(up);
     const bool is_frame =
-        std::isfinite(up_length) && up_length > 0.0 && glm::length(glm::cross(axis / length, *up / up_length)) > min_up_sine;
-    expect(is_frame, "up", *up, "a direction that is not along the line from position to target");
+        std::isfinite(up_length) && up_length > 0.0 && glm::length(glm::cross(axis / length, up / up_length)) > min_up_sine;
+    expect(is_frame, "up", up, fmt::format("a direction that is not along {}", axis_name));
   }
 };
 
@@ -460,6 +498,7 @@ void check_track(const Checker& at, const Track& track, const Scene& scene) {
     at.finite(key_member, key.value);
     if (member == "scale") at.scale(key_member, key.value);
     if (member == "radius" || member == "intensity") at.radius(key_member, key.value.x);
+    if (member == "angular_radius_deg") at.angular_radius(key_member, key.value.x);
   }
 }
 
@@ -490,9 +529,19 @@ void validate(const Scene& scene, std::string_view where) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const Checker at{where, "lights", i};
     const Light& light = scene.lights[i];
-    at.direction(light.position, light.target, light.up ? &*light.up : nullptr);
-    at.radius("radius", light.radius);
-    at.angle("cone_deg", light.cone_deg);
+    if (light.type == LightType::spot) {
+      at.direction(light.position, light.target, light.up ? &*light.up : nullptr);
+      at.angle("cone_deg", light.cone_deg);
+    } else if (light.type == LightType::directional) {
+      at.finite("direction", light.direction);
+      const double length = glm::length(light.direction);
+      at.expect(std::isfinite(length) && length > 0.0, "direction", light.direction, "a direction, not 0, and not out of reach");
+      if (light.up) at.frame(light.direction, *light.up, "the light's direction");
+      at.angular_radius("angular_radius_deg", light.angular_radius_deg);
+    } else {
+      at.finite("position", light.position);
+    }
+    if (light.type != LightType::directional) at.radius("radius", light.radius);
     at.color("color", light.color);
     at.expect(std::isfinite(light.intensity) && light.intensity >= 0.0, "intensity", light.intensity,
               "a finite number of at least 0");
@@ -533,6 +582,10 @@ Scene load_scene(const std::filesystem::path& path) {
   if (root.has("animation")) scene.animation = read_animation(root.at("animation"), scene, file);
   validate(scene, file);
   return scene;
+}
+
+std::string_view name_of(LightType type) {
+  return light_types[static_cast<std::size_t>(type)];
 }
 
 Scene scene_at_frame(const Scene& scene, int frame) {

@@ -41,9 +41,11 @@ typedef struct {
 #define HS_CULL_POSITIVE 1u
 #define HS_CULL_NEGATIVE 2u
 
-// Rows of view_from_mesh (3x4). The view is the camera's or a light's.
+// Rows of view_from_mesh. The view is the camera's or a light's; row_w divides the others. It is (0, 0, 0, 1) but for directional
+// lights: their view space is a projective image of the world that turns them into the disc of a light at its origin, so that
+// lines, planes and what hides what stay as they are, and every kernel treats all lights alike (host/light_view.cpp).
 typedef struct {
-  hs_float4 row_x, row_y, row_z;
+  hs_float4 row_x, row_y, row_z, row_w;
 } HsTransform;
 
 // A perspective view, camera or light, and the grid it is rasterized on. Pixel rows count downwards, view-space y upwards.
@@ -137,22 +139,26 @@ typedef struct {
   hs_uint negative_count;          // exact: pixels where some depth complexity came out below 0
 } HsStatus;
 
-// Camera pixel to light space: p_ls = z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for pixel (px, py) with view depth z_vs,
-// or p_ls = rows . (position_ws, 1) where the G-buffer holds positions. Normals: n_ls = columns of light_from_world.
+// Camera pixel to light space, times a w that divides it (HsTransform): z_vs * (ray0 + px * ray_dx + py * ray_dy) + origin for
+// pixel (px, py) with view depth z_vs, or rows . (position_ws, 1) where the G-buffer holds positions.
 typedef struct {
   hs_float4 ray0, ray_dx, ray_dy, origin;
-  hs_float4 from_world_x, from_world_y, from_world_z;  // rows of light_from_world
-  hs_uint width_px, height_px;                         // of the G-buffer
-  hs_uint has_depth;                                   // 1: depth plane, 0: position plane
-  float tan_half_cone;
+  hs_float4 from_world_x, from_world_y, from_world_z, from_world_w;  // rows of light_from_world
+  hs_float4 axis_ws;            // xyz: the light's axis in light space's unit; w: 0 for a directional light, else 1
+  hs_uint width_px, height_px;  // of the G-buffer
+  hs_uint has_depth;            // 1: depth plane, 0: position plane
+  float tan_half_cone;          // of the square that is lit
+  float size_per_px;            // of a pixel, at unit view depth
+  float unit;                   // of light space, in the world's: 1 but for directional lights
+  float padding0, padding1;
 } HsReceiverView;
 
 // One light as shading sees it.
 typedef struct {
-  hs_float4 position_ws;                                  // relative to the camera
+  hs_float4 position_ws;  // relative to the camera, times w; w = 0 for a directional light, xyz then is where it comes from
   hs_float4 color;                                        // colour times intensity
   hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
-  float tan_half_cone;
+  float tan_half_cone;  // 0 for lights that shine everywhere
   float padding0, padding1, padding2;
 } HsShadeLight;
 

@@ -17,7 +17,7 @@ typedef struct {
 HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid,
                           __global const float* depth_or_position, __global const float4* normal) {
   const size_t first = (size_t)py * view.width_px + px;
-  vfloat x, y, z, nx_ws, ny_ws, nz_ws, receives;
+  vfloat x, y, z, w, nx_ws, ny_ws, nz_ws, receives;
   vint seen;
   if (view.has_depth) {
     const vfloat z_vs = load_lanes(depth_or_position, first, valid);
@@ -27,27 +27,32 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
     x = z_vs * (view.ray0.x + pixel_x * view.ray_dx.x + pixel_y * view.ray_dy.x) + view.origin.x;
     y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
     z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
+    w = z_vs * (view.ray0.w + pixel_x * view.ray_dx.w + pixel_y * view.ray_dy.w) + view.origin.w;
   } else {
-    vfloat px_ws, py_ws, pz_ws, w;
-    load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &w);
-    seen = w > 0.0f;
+    vfloat px_ws, py_ws, pz_ws, is_seen;
+    load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &is_seen);
+    seen = is_seen > 0.0f;
     x = px_ws * view.from_world_x.x + py_ws * view.from_world_x.y + pz_ws * view.from_world_x.z + view.from_world_x.w;
     y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
     z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
+    w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
   }
   load_lanes4(normal, first, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
   const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
   const vfloat ny = nx_ws * view.from_world_y.x + ny_ws * view.from_world_y.y + nz_ws * view.from_world_y.z;
-  const vfloat nz = nx_ws * view.from_world_z.x + ny_ws * view.from_world_z.y + nz_ws * view.from_world_z.z;
+  const vfloat nz = nx_ws * view.axis_ws.x + ny_ws * view.axis_ws.y + nz_ws * view.axis_ws.z;
 
+  // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.
   Receiver r;
-  const vfloat safe_z = fmax(z, 1e-20f);
-  const vfloat d = 1.0f / safe_z;
-  const vfloat qx = x * d, qy = y * d;
-  r.z = z;
+  w = fmax(w, 1e-20f);
+  const vfloat inverse_z = 1.0f / fmax(z, 1e-20f);
+  const vfloat d = w * inverse_z;
+  const vfloat qx = x * inverse_z, qy = y * inverse_z;
+  r.z = z / w;
   r.u = qx * light.px_from_q.x + (light.px_from_q.y - 0.5f);
   r.v = qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
-  const vfloat facing = -(nx * x + ny * y + nz * z);  // n . (light - p)
+  // n . (light - p), where z of a directional light is 1.
+  const vfloat facing = -(view.axis_ws.w * (nx * x + ny * y) + nz * z);
   const vint in_cone =
       seen & (receives > 0.0f) & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
   const vint in_map =
@@ -56,7 +61,8 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   r.decided = !(in_cone & in_map) | away;
   r.visibility = v_select((vfloat)(1.0f), (vfloat)(0.0f), away);
 
-  // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map.
+  // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map, and of the same slope
+  // in a directional light's.
   const vfloat inverse = -1.0f / fmax(facing, 1e-30f);
   r.plane_d = d;
   r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);

@@ -428,46 +428,50 @@ typedef struct {
 } EdgeList;
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
-// the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
+// the rasterizer snaps vertices to a 256th, and the rounding of coordinates. slope_ls: of its plane's 1/z in q.
 HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
-                                 __global const float4* normal, float3* n_ls) {
-  float3 p;
+                                 __global const float4* normal, float2* slope_ls) {
+  float4 p;
   float error;
   if (view.has_depth) {
     const float z = depth_or_position[pixel];
-    p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz +
-             (float)(pixel / view.width_px) * view.ray_dy.xyz) +
-        view.origin.xyz;
-    error = z * (sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) + 0x1p-21f) +
-            fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))) * 0x1p-23f;
+    p = z * (view.ray0 + (float)(pixel % view.width_px) * view.ray_dx + (float)(pixel / view.width_px) * view.ray_dy) +
+        view.origin;
+    error = z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f) +
+            view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-23f;
   } else {
     const float4 q = ((__global const float4*)depth_or_position)[pixel];
     const float4 h = (float4)(q.xyz, 1.0f);
-    p = (float3)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h));
-    error =
-        (fabs(q.x) + fabs(q.y) + fabs(q.z) + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) + fabs(view.from_world_z.w)) *
-        1e-6f;
+    p = (float4)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h), dot(view.from_world_w, h));
+    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) +
+             view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
+                          fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
+            1e-6f;
   }
   const float3 n = normal[pixel].xyz;
-  *n_ls = (float3)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n));
-  return p + *n_ls * error;
+  p += (float4)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n),
+                dot(view.from_world_w.xyz, n)) *
+       error;
+  // As in locate.
+  *slope_ls = (float2)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n));
+  *slope_ls /= fmin(view.axis_ws.w * dot(*slope_ls, p.xy) + dot(view.axis_ws.xyz, n) * p.z, -1e-30f);
+  return p.xyz / fmax(p.w, 1e-20f);
 }
 
 HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
                           __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
   for (int i = 0; i < count; ++i) {
-    float3 n;
-    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &n);
+    float2 slope;
+    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &slope);
     const float3 px = project_px(light, p);
     batch->x[i] = p.x;
     batch->y[i] = p.y;
     batch->z[i] = p.z;
     batch->u[i] = px.x;
     batch->v[i] = px.y;
-    const float inverse = 1.0f / fmin(dot(n, p), -1e-30f);
     batch->plane_d[i] = px.z;
-    batch->plane_dx[i] = n.x * inverse / light.px_from_q.x;
-    batch->plane_dy[i] = n.y * inverse / light.px_from_q.z;
+    batch->plane_dx[i] = slope.x / light.px_from_q.x;
+    batch->plane_dy[i] = slope.y / light.px_from_q.z;
   }
 }
 

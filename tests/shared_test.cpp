@@ -12,7 +12,7 @@ using Shared = KernelTest;
 // clang-format off
 #define HS_SHARED_MEMBERS(S, M) \
   S(HsBlock) M(HsBlock, first) M(HsBlock, count) M(HsBlock, mesh) M(HsBlock, cull) \
-  S(HsTransform) M(HsTransform, row_x) M(HsTransform, row_y) M(HsTransform, row_z) \
+  S(HsTransform) M(HsTransform, row_x) M(HsTransform, row_y) M(HsTransform, row_z) M(HsTransform, row_w) \
   S(HsView) M(HsView, px_from_q) M(HsView, world_from_view_x) M(HsView, world_from_view_y) M(HsView, world_from_view_z) \
   M(HsView, znear) M(HsView, d_far) M(HsView, width_px) M(HsView, height_px) M(HsView, tiles_x) M(HsView, tiles_y) \
   M(HsView, mid_x_px) M(HsView, mid_y_px) \
@@ -24,6 +24,7 @@ using Shared = KernelTest;
   S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
   M(HsReceiverView, from_world_x) M(HsReceiverView, from_world_y) M(HsReceiverView, from_world_z) M(HsReceiverView, width_px) \
   M(HsReceiverView, height_px) M(HsReceiverView, has_depth) M(HsReceiverView, tan_half_cone) \
+  M(HsReceiverView, from_world_w) M(HsReceiverView, axis_ws) M(HsReceiverView, size_per_px) M(HsReceiverView, unit) \
   S(HsShadeLight) M(HsShadeLight, position_ws) M(HsShadeLight, color) M(HsShadeLight, from_camera_x) \
   M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, padding0) \
   M(HsShadeLight, padding1) M(HsShadeLight, padding2) \

@@ -161,8 +161,18 @@ void run_compare(const CompareOptions& options) {
 
 std::pair<std::string, std::string> light_metadata(const Light& light) {
   const auto list = [](const glm::dvec3& v) { return Json{v.x, v.y, v.z}; };
-  Json json = {
-      {"position", list(light.position)}, {"target", list(light.target)}, {"radius", light.radius}, {"cone_deg", light.cone_deg}};
+  Json json = {{"type", name_of(light.type)}};
+  if (light.type == LightType::directional) {
+    json["direction"] = list(light.direction);
+    json["angular_radius_deg"] = light.angular_radius_deg;
+  } else {
+    json["position"] = list(light.position);
+    json["radius"] = light.radius;
+  }
+  if (light.type == LightType::spot) {
+    json["target"] = list(light.target);
+    json["cone_deg"] = light.cone_deg;
+  }
   if (light.up) json["up"] = list(*light.up);
   return {"light." + light.name, json.dump()};
 }
@@ -177,11 +187,22 @@ std::optional<Light> light_from_metadata(const ExrImage& image, const std::strin
     };
     Light light;
     light.name = name;
-    light.position = vector_of(json.at("position"));
-    light.target = vector_of(json.at("target"));
+    const auto type = json.at("type").get<std::string>();
+    light.type = type == name_of(LightType::directional) ? LightType::directional
+                 : type == name_of(LightType::point)     ? LightType::point
+                                                         : LightType::spot;
+    if (light.type == LightType::directional) {
+      light.direction = vector_of(json.at("direction"));
+      light.angular_radius_deg = json.at("angular_radius_deg").get<double>();
+    } else {
+      light.position = vector_of(json.at("position"));
+      light.radius = json.at("radius").get<double>();
+    }
+    if (light.type == LightType::spot) {
+      light.target = vector_of(json.at("target"));
+      light.cone_deg = json.at("cone_deg").get<double>();
+    }
     if (json.contains("up")) light.up = vector_of(json["up"]);
-    light.radius = json.at("radius").get<double>();
-    light.cone_deg = json.at("cone_deg").get<double>();
     return light;
   } catch (const Json::exception&) {
     throw InputError(fmt::format("{}: metadata halfshade:light.{}: expected what halfshade render writes (found '{}')", where,

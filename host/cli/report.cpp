@@ -15,6 +15,7 @@
 #include "cli/draw_options.hpp"
 #include "commit.hpp"
 #include "image_io.hpp"
+#include "light_view.hpp"
 #include "read_file.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
@@ -371,7 +372,7 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
         Json& lights = folder->json()["scenes"][s]["lights"];
         lights.push_back(
             {{"name", light_name},
-             {"radius", scenes[s].lights[light].radius},
+             {"radius", disc_radius(scenes[s].lights[light])},
              {"truth_key", light_case.key},
              {"tree_build_ms", scene.rays().build_ms()},
              {"rays_threads", scene.rays().threads()},

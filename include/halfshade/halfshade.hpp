@@ -99,23 +99,35 @@ struct Camera {
   glm::uvec2 resolution{1024, 1024};
 };
 
-/// A spot light: a flat disc of `radius` about `position`, facing `target`, shining into a square frustum.
-/// No falloff with distance: intensity is what a surface facing the light receives.
+enum class LightType {
+  spot,         ///< a flat disc of `radius` about `position`, facing `target`, shining into a square frustum
+  directional,  ///< the sun: a cone of directions of `angular_radius_deg` about `direction`, everywhere
+  point,        ///< a ball of `radius` about `position`, shining all around; a receiver sees the disc that faces it
+};
+
+/// An area light. No falloff with distance: intensity is what a surface facing the light receives.
 struct Light {
   std::string name;
-  glm::dvec3 position{0.0, 5.0, 0.0};
-  glm::dvec3 target{0.0};
-  std::optional<glm::dvec3> up;  ///< of the frustum; by default world +Y, or +Z where the axis is within 8° of Y
-  double radius = 0.1;           ///< 0 is a point: hard shadows
-  double cone_deg = 60.0;        ///< full angle of the square frustum, 0 < cone_deg < 175
+  LightType type = LightType::spot;
+  glm::dvec3 position{0.0, 5.0, 0.0};      ///< spot, point
+  glm::dvec3 target{0.0};                  ///< spot
+  glm::dvec3 direction{0.0, -1.0, 0.0};    ///< directional: the way light travels, of any length
+  std::optional<glm::dvec3> up = {};       ///< of a spot's frustum, a directional light's map; by default world +Y, or +Z where
+                                           ///< the axis is within 8° of Y
+  double radius = 0.1;                     ///< spot, point; 0: hard shadows
+  double angular_radius_deg = 0.2665;      ///< directional; 0 <= angle < 45; by default the sun's
+  double cone_deg = 60.0;                  ///< spot: full angle of the square frustum, 0 < cone_deg < 175
   glm::vec3 color{1.0f};
   double intensity = 1.0;
 };
 
+std::string_view name_of(LightType type);  ///< as in scene files
+
 /// One animated property, linear between keys, held before the first and after the last.
 struct Track {
-  std::string
-      target;  ///< "<mesh>.translation|rotation_deg|scale", "camera.position|target", "<light>.position|target|radius|intensity"
+  /// "<mesh>.translation|rotation_deg|scale", "camera.position|target", "<light>.intensity", and of a light what its type has of
+  /// position, target, radius, direction and angular_radius_deg.
+  std::string target;
   struct Key {
     double frame;
     glm::dvec3 value;  ///< scalars use x
@@ -276,9 +288,10 @@ struct LightBuffers {
     std::vector<float> values;
   };
   glm::uvec2 resolution{0, 0};
-  glm::dvec2 lm_from_px_origin{0.0};  ///< light map coordinates of the corner of texel (0,0)
+  /// Light map coordinates of the corner of texel (0,0). Of a directional light these are lengths, from the world's origin.
+  glm::dvec2 lm_from_px_origin{0.0};
   double lm_from_px_scale = 0.0;      ///< light map units a texel; x grows right, y grows up
-  double znear = 0.0, zfar = 0.0;
+  double znear = 0.0, zfar = 0.0;      ///< light-space z; of a directional light, along its direction from the world's origin
   std::vector<Plane> planes;
 };
 
