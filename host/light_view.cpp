@@ -14,7 +14,7 @@ static_assert(sizeof(HsBlock) == 16);
 static_assert(sizeof(HsTransform) == 64);
 static_assert(sizeof(HsView) == 96 && offsetof(HsView, znear) == 64);
 static_assert(sizeof(HsFeature) == 32);
-static_assert(sizeof(HsFinShape) == 16);
+static_assert(sizeof(HsFinShape) == 20);
 static_assert(sizeof(HsLayer) == 16);
 static_assert(sizeof(HsStatus) == 16);
 static_assert(sizeof(HsReceiverView) == 176 && offsetof(HsReceiverView, width_px) == 144);
@@ -64,6 +64,10 @@ struct ViewBounds {
   glm::dvec2 q_low{1e300}, q_high{-1e300};
   double z_low = 1e300, z_high = -1e300;
 };
+
+bool overlap(const ViewBounds& bounds, const glm::dvec2& low, const glm::dvec2& high) {
+  return bounds.q_high.x >= low.x && bounds.q_low.x <= high.x && bounds.q_high.y >= low.y && bounds.q_low.y <= high.y;
+}
 
 ViewBounds bounds_in_view(const Frustum& frustum, const PlacedMesh& mesh) {
   const glm::dmat4 view_from_mesh = frustum.view_from_world * mesh.world_from_mesh;
@@ -119,6 +123,19 @@ Frustum camera_frustum(const Camera& camera) {
   return frustum;
 }
 
+std::vector<Light> faces_of(const Light& light) {
+  if (light.type != LightType::point) return {light};
+  std::vector<Light> faces(6, light);
+  for (int i = 0; i < 6; ++i) {
+    glm::dvec3 axis(0.0);
+    axis[i / 2] = i % 2 == 0 ? 1.0 : -1.0;
+    faces[i].target = light.position + axis;
+    faces[i].up.reset();
+    faces[i].cone_deg = 90.0;
+  }
+  return faces;
+}
+
 glm::dmat4 light_axes(const Light& light) {
   const bool is_sun = light.type == LightType::directional;
   const glm::dvec3 axis = glm::normalize(is_sun ? light.direction : light.target - light.position);
@@ -160,8 +177,8 @@ std::vector<std::uint32_t> meshes_in_view(const Frustum& frustum, const std::vec
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < meshes.size(); ++i) {
     const ViewBounds bounds = bounds_in_view(frustum, meshes[i]);
-    if (bounds.z_high >= znear && bounds.z_low <= zfar && bounds.q_high.x >= -frustum.tan_half_x &&
-        bounds.q_low.x <= frustum.tan_half_x && bounds.q_high.y >= -frustum.tan_half_y && bounds.q_low.y <= frustum.tan_half_y)
+    if (bounds.z_high >= znear && bounds.z_low <= zfar &&
+        overlap(bounds, {-frustum.tan_half_x, -frustum.tan_half_y}, {frustum.tan_half_x, frustum.tan_half_y}))
       seen.push_back(i);
   }
   return seen;
@@ -197,8 +214,8 @@ bool casts_on_nothing(const Light& light, const std::vector<PlacedMesh>& meshes,
 LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px) {
   LightView fitted;
   if (light.type == LightType::directional) {
-    // As deep again behind the scene as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of two:
-    // the texel grid stays where it is as things move.
+    // As deep again behind the scene as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of
+    // two: the texel grid stays where it is as things move.
     double low = 1e300, high = -1e300;
     const glm::dmat4 light_from_world = light_axes(light);
     for (const PlacedMesh& mesh : meshes)
@@ -215,35 +232,47 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
     fitted.frustum = light_frustum(light);
   }
   const double cone = fitted.frustum.tan_half_x, radius = disc_radius(light);
+  const bool is_face = light.type == LightType::point;
 
   // A shadow falls where the light cone, the casters widened by their penumbrae, and the receivers overlap.
   const std::vector<std::uint32_t> lit = meshes_in_view(fitted.frustum, meshes, 0.0, 1e300);
   double farthest = 0.0;
-  for (const std::uint32_t i : lit) farthest = std::max(farthest, bounds_in_view(fitted.frustum, meshes[i]).z_high);
   ViewBounds casting, receiving;
   for (const std::uint32_t i : lit) {
+    if (!meshes[i].receives_shadow) continue;
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
-    if (meshes[i].casts_shadow && !casts_on_nothing(light, meshes, lit, i)) {
-      const double widest = bounds.z_low > 0.0 ? radius * (1.0 / bounds.z_low - 1.0 / farthest) : 2.0 * cone;
-      casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
-      casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);
-      fitted.casters.push_back(i);
-    }
-    if (meshes[i].receives_shadow) {
-      receiving.q_low = glm::min(receiving.q_low, bounds.q_low);
-      receiving.q_high = glm::max(receiving.q_high, bounds.q_high);
-    }
+    farthest = std::max(farthest, bounds.z_high);
+    receiving.q_low = glm::min(receiving.q_low, bounds.q_low);
+    receiving.q_high = glm::max(receiving.q_high, bounds.q_high);
   }
-  const glm::dvec2 low = glm::max(glm::max(casting.q_low, receiving.q_low), glm::dvec2(-cone));
-  const glm::dvec2 high = glm::min(glm::min(casting.q_high, receiving.q_high), glm::dvec2(cone));
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
+    ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
+    if (!meshes[i].casts_shadow || bounds.z_high <= 0.0 || bounds.z_low >= farthest) continue;
+    if (bounds.z_low > 0.0) {
+      const glm::dvec2 outermost = glm::max(glm::abs(bounds.q_low), glm::abs(bounds.q_high));
+      const double stretch = is_face ? std::sqrt(1.0 + glm::dot(outermost, outermost)) : 1.0;
+      const double widest = radius * stretch * (1.0 / bounds.z_low - 1.0 / farthest);
+      bounds.q_low -= widest;
+      bounds.q_high += widest;
+    }
+    if (!overlap(bounds, glm::dvec2(-cone), glm::dvec2(cone)) || casts_on_nothing(light, meshes, lit, i)) continue;
+    casting.q_low = glm::min(casting.q_low, bounds.q_low);
+    casting.q_high = glm::max(casting.q_high, bounds.q_high);
+    fitted.casters.push_back(i);
+  }
+  // Look-ups of receivers at a face's border read a texel beyond it.
+  const glm::dvec2 border(is_face ? cone * (1.0 + 8.0 / std::max(8u, resolution_px)) : cone);
+  const glm::dvec2 low = glm::max(glm::max(casting.q_low, receiving.q_low), -border);
+  const glm::dvec2 high = glm::min(glm::min(casting.q_high, receiving.q_high), border);
   if (fitted.casters.empty() || low.x >= high.x || low.y >= high.y) {
     fitted.casters.clear();
     return fitted;
   }
-  double z_low = 1e300, z_high = 0.0;
-  for (const std::uint32_t i : lit) {
+  double z_low = 1e300, z_high = farthest;
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
-    if (bounds.q_high.x < low.x || bounds.q_low.x > high.x || bounds.q_high.y < low.y || bounds.q_low.y > high.y) continue;
+    const bool casts = std::ranges::binary_search(fitted.casters, i);
+    if (!casts && !(bounds.z_high > 0.0 && overlap(bounds, low, high))) continue;
     z_high = std::max(z_high, bounds.z_high);
     if (!meshes[i].casts_shadow) continue;
     fitted.drawn.push_back(i);
@@ -288,6 +317,16 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
   return handedness > 0.0 ? HS_CULL_POSITIVE : handedness < 0.0 ? HS_CULL_NEGATIVE : HS_CULL_NONE;
 }
 
+/// The radius within which a part of the samples of a unit ball lies, for a density of 1 / sqrt(1 - r^2).
+static double ball_sample_radius(double part) {
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < 50; ++i) {
+    const double r = (low + high) / 2.0;
+    (2.0 / std::numbers::pi * (std::asin(r) - r * std::sqrt(1.0 - r * r)) < part ? low : high) = r;
+  }
+  return (low + high) / 2.0;
+}
+
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count) {
   const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
   const double distance = disc_radius(light) * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
@@ -295,6 +334,15 @@ Light light_sample(const Light& light, const LightView& fitted, unsigned index, 
   const glm::dvec3 up = row_of(light_from_world, 1);
   const glm::dvec3 offset = row_of(light_from_world, 0) * (distance * std::cos(angle)) + up * (distance * std::sin(angle));
   Light point = light;
+  if (light.type == LightType::point) {
+    // Of density 1 / sqrt(R^2 - r^2), whose mean along any line through the ball is the same.
+    const double height = 1.0 - (2.0 * index + 1.0) / count;
+    const glm::dvec3 direction(std::sqrt(1.0 - height * height) * std::cos(angle), height,
+                               std::sqrt(1.0 - height * height) * std::sin(angle));
+    point.position += direction * (light.radius * ball_sample_radius(std::fmod((index + 0.5) * std::numbers::sqrt2, 1.0)));
+    point.radius = 0.0;
+    return point;
+  }
   // A point s of the sun's disc is where direction -(s, -1) leads.
   point.direction = row_of(light_from_world, 2) - offset;
   point.angular_radius_deg = 0.0;
@@ -339,6 +387,7 @@ HsReceiverView receiver_view(const Camera& camera, const Light& light, const Lig
   view.axis_ws = float4_of(row_of(light_axes(light), 2) / fitted.unit, is_sun ? 0.0 : 1.0);
   view.unit = static_cast<float>(fitted.unit);
   view.size_per_px = static_cast<float>(q_per_px);
+  view.is_face = light.type == LightType::point;
   view.width_px = camera.resolution.x;
   view.height_px = camera.resolution.y;
   view.has_depth = has_depth;
@@ -362,16 +411,15 @@ HsReceiverView shade_view(const Camera& camera, bool has_depth) {
 }
 
 HsShadeLight shade_light(const Camera& camera, const Light& light) {
-  const glm::dmat4 light_from_world = light_axes(light);
   const bool is_sun = light.type == LightType::directional;
+  const glm::dmat4 light_from_world = light_axes(faces_of(light).front());
   HsShadeLight shade{};
-  shade.position_ws =
-      is_sun ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
+  shade.position_ws = is_sun ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
   shade.color = float4_of(glm::dvec3(light.color) * light.intensity);
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));
   shade.from_camera_y = float4_of(row_of(light_from_world, 1));
   shade.from_camera_z = float4_of(row_of(light_from_world, 2));
-  shade.tan_half_cone = is_sun ? 0.0f : static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2));
+  shade.tan_half_cone = light.type == LightType::spot ? static_cast<float>(std::tan(glm::radians(light.cone_deg) / 2)) : 0.0f;
   return shade;
 }
 

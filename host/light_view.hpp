@@ -28,6 +28,10 @@ struct PlacedMesh {
   bool casts_shadow = true, receives_shadow = true;
 };
 
+/// The lights that a light is drawn as: itself, or the six faces of a point light, each turned to face one way: +x, -x, +y, -y,
+/// +z, -z of the world.
+std::vector<Light> faces_of(const Light& light);
+
 /// A light's map, fitted: which meshes it draws, and the view to draw them with.
 struct LightView {
   Frustum frustum;
@@ -51,9 +55,9 @@ Frustum light_frustum(const Light& light);
 /// A directional light as the disc of a light at the origin of a space that is a projective image of the world:
 /// p' = (x, y, unit) / (horizon - z), where x, y and z are along the light's axes. It takes lines and planes to lines and planes,
 /// the points at infinity in direction (sx, sy, -1), from which the light comes, to (sx, sy, 0), and keeps what hides what: the
-/// cone of directions is a disc of radius tan(angular radius) facing +z. In its light map q = (x, y) / unit, and the depth key 1/z'
-/// is (horizon - z) / unit, so that the penumbra's half-width R (1/Lb' - 1/Lr') is tan(angular radius) (Lr - Lb).
-/// Everything that casts or receives must lie before z = horizon.
+/// cone of directions is a disc of radius tan(angular radius) facing +z. In its light map q = (x, y) / unit, and the depth key
+/// 1/z' is (horizon - z) / unit, so that the penumbra's half-width R (1/Lb' - 1/Lr') is tan(angular radius) (Lr - Lb). Everything
+/// that casts or receives must lie before z = horizon.
 Frustum directional_frustum(const Light& light, double horizon, double unit);
 
 /// The radius of the light's disc in its own space, R of the penumbra's half-width: 0 for hard shadows.
@@ -63,13 +67,14 @@ double disc_radius(const Light& light);
 HsView camera_view(const Camera& camera, unsigned tile_px);
 
 /// Fits a light map of at most `resolution_px` texels a side, square texels, to what casts in the light's cone and what receives
-/// there. Its texel size moves in steps of an eighth of an octave and its corner on the texel grid, so that a small change in the
-/// scene mostly leaves every texel where it was, and shadows do not swim.
+/// there. A face of a point light has a border for look-ups, and what casts on it from beyond. Its texel size moves in steps of
+/// an eighth of an octave and its corner on the texel grid, so that a small change in the scene mostly leaves every texel where
+/// it was, and shadows do not swim.
 LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px);
 
-/// Point number `index` of `count` of the light's disc, as a light without extent that faces the same way: in rings of equal
-/// area, turned from one to the next by the golden angle. Its cone holds all that can lie in the light's own behind the nearest
-/// caster.
+/// Point number `index` of `count` of the light, as a light without extent that faces the same way: of a disc in rings of equal
+/// area, turned from one to the next by the golden angle; of a ball so that they fill its disc evenly from wherever it is seen.
+/// A spot's cone holds all that can lie in the light's own behind the nearest caster.
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count);
 
 /// A view whose map is the light's whole cone, to ask where receivers lie but not for what casts on them.

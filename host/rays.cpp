@@ -30,19 +30,40 @@ double ms_since(Clock::time_point begin) {
 }
 
 /// A light's disc in Embree's coordinates: a point of it is centre + x right + y up, where x, y is of the unit disc. Of a
-/// directional light (w = 0) these are directions, to where it comes from.
+/// directional light (w = 0) these are directions, to where it comes from. A ball (radius > 0) shows each receiver a disc of its
+/// own.
 struct Disc {
   glm::vec3 centre, right, up;
   float w;
+  float ball_radius;
 };
 
 Disc disc_of(const Light& light, const glm::dvec3& origin_ws) {
+  if (light.type == LightType::point)
+    return {glm::vec3(light.position - origin_ws), {}, {}, 1.0f, static_cast<float>(light.radius)};
   const glm::dmat4 light_from_world = light_axes(light);
   const auto axis = [&](int i) { return glm::dvec3(light_from_world[0][i], light_from_world[1][i], light_from_world[2][i]); };
   const bool is_sun = light.type == LightType::directional;
   const glm::dvec3 centre = is_sun ? -axis(2) : light.position - origin_ws;
   return {glm::vec3(centre), glm::vec3(axis(0) * disc_radius(light)), glm::vec3(axis(1) * disc_radius(light)),
-          is_sun ? 0.0f : 1.0f};
+          is_sun ? 0.0f : 1.0f, 0.0f};
+}
+
+/// The disc of a ball that faces a receiver: the axes of the light's face that the receiver lies in, turned as little as brings
+/// the face's axis to it.
+void face_receiver(const glm::dvec3& from_light, double radius, glm::vec3* right, glm::vec3* up) {
+  const glm::dvec3 size = glm::abs(from_light);
+  const int major = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  Light point;
+  point.type = LightType::point;
+  const glm::dmat4 face_from_world = light_axes(faces_of(point)[2 * major + (from_light[major] < 0.0)]);
+  const glm::dmat3 world_from_face = glm::transpose(glm::dmat3(face_from_world));
+  const glm::dvec3 axis = world_from_face[2], towards = glm::normalize(from_light);
+  const auto turned = [&](const glm::dvec3& v) {
+    return glm::vec3(radius * (v - glm::dot(v, towards) / (1.0 + glm::dot(axis, towards)) * (axis + towards)));
+  };
+  *right = turned(world_from_face[0]);
+  *up = turned(world_from_face[1]);
 }
 
 /// A pattern as two arrays, padded to whole packets.
@@ -115,10 +136,13 @@ class Tracer {
   };
 
   Axes axes_of(std::size_t i) const {
-    if (!turn_seed_) return {disc_.right, disc_.up};
+    Axes axes{disc_.right, disc_.up};
+    if (disc_.ball_radius > 0.0f)
+      face_receiver(glm::dvec3(receivers_.origins[i] - disc_.centre), disc_.ball_radius, &axes.x, &axes.y);
+    if (!turn_seed_) return axes;
     const auto angle = static_cast<float>(2.0 * std::numbers::pi * unit_of(hash_of(receivers_.pixels[i] ^ hash_of(*turn_seed_))));
     const float c = std::cos(angle), s = std::sin(angle);
-    return {c * disc_.right + s * disc_.up, c * disc_.up - s * disc_.right};
+    return {c * axes.x + s * axes.y, c * axes.y - s * axes.x};
   }
 
   void aim(int k, const glm::vec3& p, const Axes& axes, float x, float y) {

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "device_impl.hpp"
@@ -214,7 +216,14 @@ std::size_t pixels_of(const HsView& view) {
   return std::size_t{view.width_px} * view.height_px;
 }
 
-/// Copied back after a frame; a row a light.
+/// A light, or one face of a point light, with the map it was last drawn with.
+struct LightFace {
+  std::size_t light;  ///< of the scene
+  Light as;
+  LightView fitted;
+};
+
+/// Copied back after a frame; a row a light's face.
 struct LightCounters {
   HsStatus status;
   cl_uint triangle_refs, feature_refs;
@@ -249,13 +258,13 @@ struct Renderer::State {
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, near_layers, other_casters, layer_receivers, illuminances,
       strip_rects;  // of layered fins
   GrowingBuffer depth, normal, face, visibility, rgb;
-  GrowingBuffer counters;  // LightCounters a light
+  GrowingBuffer counters;  // LightCounters a face
 
   std::string label;                                     ///< whose stages are being timed
   std::vector<std::pair<std::string, cl::Event>> timed;  ///< stages of the last `render`
   bool timing = false;                                   ///< in `render`, on a queue that profiles
   std::optional<Settings> rendered;                      ///< what `render` last drew with
-  std::vector<LightView> light_views;                    ///< of the last frame, for statistics and light buffers
+  std::vector<LightFace> faces;                          ///< of all lights, one light's behind the other's
 
   // ---------------------------------------------------------------------------------------------------------- launching
 
@@ -443,7 +452,11 @@ struct Renderer::State {
     const DiscSamples& samples = samples_of(chosen_samples(settings));
     HsDisc disc{};
     disc.radius = static_cast<float>(disc_radius(light));
-    disc.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
+    disc.ball = light.type == LightType::point;
+    // On the plane of a ball's face, the disc that faces a receiver is up to this much larger, at the face's corners.
+    const double widest = disc_radius(light) * (disc.ball ? std::sqrt(3.0) : 1.0);
+    const auto widest_radius = static_cast<float>(widest);
+    disc.radius_px = static_cast<float>(widest / fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
     disc.near_q = static_cast<float>(HS_NEAR_PX * fitted.lm_from_px_scale);
     disc.table_per_turn = samples.per_turn;
@@ -470,11 +483,11 @@ struct Renderer::State {
                   receiver_bins.counts.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
     launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
-                  disc.radius, planes.get(), disc_sides.get());
+                  widest_radius, planes.get(), disc_sides.get());
     launch_blocks("collect_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_ends, resident.edge_face_offsets,
                   resident.edge_faces, disc_sides.get(), planes.get(), vertices_vs.get(), disc_edges.get(), status.get());
     launch_blocks("collect_cuts", list.triangles, list.triangles.blocks, resident.triangle_corners, disc_sides.get(),
-                  planes.get(), vertices_vs.get(), disc.radius, disc_edges.get(), status.get());
+                  planes.get(), vertices_vs.get(), widest_radius, disc_edges.get(), status.get());
     launch_strided("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(),
                    feature_bins.counts.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
@@ -509,7 +522,7 @@ struct Renderer::State {
     const double radius = disc_radius(light);
     if (settings.method == Method::smoothies) return settings.smoothie_width > 0.0 || radius > 0.0;
     return radius > 0.0 && (settings.method == Method::penumbra_maps || settings.method == Method::fins ||
-                                  settings.method == Method::layered_fins);
+                            settings.method == Method::layered_fins);
   }
 
   static cl_uint layers_of(const Settings& settings) { return settings.method == Method::layered_fins ? settings.layers : 1; }
@@ -552,24 +565,20 @@ struct Renderer::State {
                   caster_range.get(), falloff, illuminances.get(), strip_rects.get(), out, plane);
   }
 
-  LightView fit(std::size_t light, const Settings& settings) const {
-    return fit_light_view(scene.lights[light], placed, settings.light_resolution_px, device->tile_px);
-  }
-
   static HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) {
     HsFinShape shape{};
     if (settings.method == Method::smoothies && settings.smoothie_width > 0.0)
       shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
     else
       shape.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
+    if (light.type == LightType::point) shape.ball_q_per_px = static_cast<float>(fitted.lm_from_px_scale);
     shape.two_sided = settings.method == Method::fins || settings.method == Method::layered_fins;
     shape.drop_hidden = !shape.two_sided || settings.faithful ? 0 : layers_of(settings) > 1 ? 1 : 2;
     return shape;
   }
 
   /// The light's side of the frame: shadow map and fin buffers. False if nothing casts in its reach.
-  bool draw_light_buffers(std::size_t light_index, const LightView& fitted, const Settings& settings) {
-    const Light& light = scene.lights[light_index];
+  bool draw_light_buffers(const Light& light, const LightView& fitted, const Settings& settings) {
     label = light.name;
     if (fitted.casters.empty()) return false;
     const DrawList list =
@@ -581,32 +590,62 @@ struct Renderer::State {
     return true;
   }
 
-  /// Shadow map after shadow map, each from another point of the disc; `out` counts those that see a pixel, then holds the mean.
-  void draw_samples(bool has_depth, glm::uvec2 size_px, const Light& light, const LightView& fitted, const Settings& settings,
-                    const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
-    for (cl_uint i = 0; i < chosen_samples(settings); ++i) {
-      const Light point = light_sample(light, fitted, i, chosen_samples(settings));
-      const LightView from = fit_light_view(point, placed, settings.light_resolution_px, device->tile_px);
-      const cl_uint casts = !from.casters.empty();
-      if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
-      HsReceiverView view = receiver_view(scene.camera, point, from, has_depth);
-      view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
-      launch_pixels("receive_sample", size_px, from.view, view, depth_or_position, normals, shadow_map.get(), casts, i, out,
-                    plane);
-    }
-    launch_pixels("receive_samples_end", size_px, whole_cone_view(fitted), receiver_view(scene.camera, light, fitted, has_depth),
-                  depth_or_position, normals, static_cast<cl_uint>(chosen_samples(settings)), out, plane);
+  /// Shadow map after shadow map, each from another point of the light; `out` counts those that see a pixel, then holds the mean.
+  void draw_samples(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& depth_or_position,
+                    const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
+    const bool has_depth = gbuffer.depth != nullptr;
+    const cl_uint count = chosen_samples(settings);
+    fill_plane(out, plane, 0.0f);
+    const LightView& centre = faces_of_light(light).front().fitted;
+    for (cl_uint i = 0; i < count; ++i)
+      for (const Light& sample : faces_of(light_sample(faces_of_light(light).front().as, centre, i, count))) {
+        const LightView from = fit_light_view(sample, placed, settings.light_resolution_px, device->tile_px);
+        const cl_uint casts = !from.casters.empty();
+        if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
+        HsReceiverView view = receiver_view(scene.camera, sample, from, has_depth);
+        if (!view.is_face) view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
+        launch_pixels("receive_sample", gbuffer.resolution, from.view, view, depth_or_position, normals, shadow_map.get(), casts,
+                      out, plane);
+      }
+    for (const LightFace& face : faces_of_light(light))
+      launch_pixels("receive_samples_end", gbuffer.resolution, whole_cone_view(face.fitted),
+                    receiver_view(scene.camera, face.as, face.fitted, has_depth), depth_or_position, normals, count, out, plane);
+  }
+
+  void fill_plane(const cl::Buffer& out, cl_uint plane, float value) {
+    const std::size_t bytes = pixels_of(camera_list->view) * sizeof(cl_float);
+    device->cl_queue.enqueueFillBuffer(out, value, plane * bytes, bytes);
+  }
+
+  std::span<LightFace> faces_of_light(std::size_t light) {
+    const auto [first, last] = std::ranges::equal_range(faces, light, {}, &LightFace::light);
+    return {first, last};
   }
 
   /// Every pass of one light over a G-buffer.
-  void draw_visibility(const GBuffer& gbuffer, std::size_t light_index, const Settings& settings, const cl::Buffer& out,
+  void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& out,
                        cl_uint plane) {
-    const Light& light = scene.lights[light_index];
-    const LightView fitted = fit(light_index, settings);
-    light_views[light_index] = fitted;
+    const std::span<LightFace> own = faces_of_light(light);
+    for (LightFace& face : own) face.fitted = fit_light_view(face.as, placed, settings.light_resolution_px, device->tile_px);
+    label = scene.lights[light].name;
+    if (own.size() > 1) fill_plane(out, plane, 1.0f);  // where no face reaches: the light's very centre
+    const bool casts = std::ranges::any_of(own, [](const LightFace& face) { return !face.fitted.casters.empty(); });
+    if (casts && settings.method == Method::light_samples && chosen_samples(settings) > 1 &&
+        disc_radius(scene.lights[light]) > 0.0) {
+      const bool has_depth = gbuffer.depth != nullptr;
+      draw_samples(gbuffer, light, settings, cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
+                   cl::Buffer(gbuffer.normal, true), out, plane);
+      for (const LightFace& face : own) keep_counters(face, settings);
+    } else {
+      for (const LightFace& face : own) draw_face(gbuffer, face, settings, out, plane);
+    }
+  }
+
+  void draw_face(const GBuffer& gbuffer, const LightFace& face, const Settings& settings, const cl::Buffer& out, cl_uint plane) {
+    const Light& light = face.as;
+    const LightView& fitted = face.fitted;
     const bool exact = settings.method == Method::exact && !fitted.casters.empty();
-    const bool casts = !exact && draw_light_buffers(light_index, fitted, settings);
-    label = light.name;
+    const bool casts = !exact && draw_light_buffers(light, fitted, settings);
 
     const bool has_depth = gbuffer.depth != nullptr;
     const HsReceiverView view = receiver_view(scene.camera, light, fitted, has_depth);
@@ -618,8 +657,6 @@ struct Renderer::State {
       draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
     else if (!casts)
       receive("receive_all");
-    else if (settings.method == Method::light_samples && chosen_samples(settings) > 1 && disc_radius(light) > 0.0)
-      draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
     else if (!has_fins(settings, light))
@@ -633,12 +670,13 @@ struct Renderer::State {
       receive("receive_fins", shadow_map.get(), fins.get(), tile_near_fins.get(), static_cast<cl_uint>(chosen_falloff(settings)));
     else
       receive("receive_penumbra_map", shadow_map.get(), penumbra_map.get(), tile_near_fins.get());
-    keep_counters(light_index, fitted, settings);
+    keep_counters(face, settings);
   }
 
-  /// Copies the light's counters aside, on the device.
-  void keep_counters(std::size_t light, const LightView& fitted, const Settings& settings) {
-    const std::size_t row = light * sizeof(LightCounters);
+  /// Copies a face's counters aside, on the device.
+  void keep_counters(const LightFace& face, const Settings& settings) {
+    const LightView& fitted = face.fitted;
+    const std::size_t row = static_cast<std::size_t>(&face - faces.data()) * sizeof(LightCounters);
     device->cl_queue.enqueueFillBuffer(counters.get(), cl_uint{0}, row, sizeof(LightCounters));
     if (fitted.casters.empty()) return;
     const std::size_t total = tiles_of(fitted.view) * sizeof(cl_uint);
@@ -646,7 +684,7 @@ struct Renderer::State {
     device->cl_queue.enqueueCopyBuffer(status.get(), counters.get(), 0, row, sizeof(HsStatus));
     device->cl_queue.enqueueCopyBuffer(triangle_bins.offsets.get(), counters.get(), total,
                                        row + offsetof(LightCounters, triangle_refs), sizeof(cl_uint));
-    if (has_fins(settings, scene.lights[light]) || settings.method == Method::exact)
+    if (has_fins(settings, face.as) || settings.method == Method::exact)
       device->cl_queue.enqueueCopyBuffer(feature_bins.offsets.get(), counters.get(), feature_total,
                                          row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
   }
@@ -759,8 +797,10 @@ void Renderer::set_scene(const Scene& scene) {
     const Frustum frustum = camera_frustum(scene.camera);
     s.camera_list = draw_list(*s.device, s.resident, s.placed, camera_view(scene.camera, s.device->tile_px),
                               frustum.view_from_world, meshes_in_view(frustum, s.placed, scene.camera.znear, scene.camera.zfar));
-    s.light_views.assign(scene.lights.size(), {});
-    s.counters.at_least(*s.device, std::max<std::size_t>(1, scene.lights.size()) * sizeof(LightCounters), "counters");
+    s.faces.clear();
+    for (std::size_t light = 0; light < scene.lights.size(); ++light)
+      for (const Light& face : faces_of(scene.lights[light])) s.faces.push_back({light, face, {}});
+    s.counters.at_least(*s.device, std::max<std::size_t>(1, s.faces.size()) * sizeof(LightCounters), "counters");
     s.rendered.reset();
   });
 }
@@ -826,7 +866,7 @@ void Renderer::render(const Settings& settings) {
     s.rendered = settings;
 
     // Room for the next frame where this one had to go without tile lists.
-    for (const LightCounters& light : read<LightCounters>(s.device->cl_queue, s.counters.get(), s.scene.lights.size())) {
+    for (const LightCounters& light : read<LightCounters>(s.device->cl_queue, s.counters.get(), s.faces.size())) {
       s.triangle_bins.wanted_refs = std::max<std::size_t>(s.triangle_bins.wanted_refs, light.triangle_refs);
       s.feature_bins.wanted_refs = std::max<std::size_t>(s.feature_bins.wanted_refs, light.feature_refs);
     }
@@ -863,16 +903,19 @@ Frame Renderer::read_frame() {
   });
 }
 
-LightBuffers Renderer::read_light_buffers(std::size_t light) {
+LightBuffers Renderer::read_light_buffers(std::size_t light, std::size_t face) {
   State& s = *state_;
   if (!s.rendered) throw InputError("read_light_buffers: nothing rendered; call render first");
   if (light >= s.scene.lights.size())
     throw InputError(fmt::format("read_light_buffers: light {}: the scene has {}", light, s.scene.lights.size()));
+  const std::span<LightFace> own = s.faces_of_light(light);
+  if (face >= own.size())
+    throw InputError(fmt::format("read_light_buffers: face {} of light {}: it has {}", face, light, own.size()));
   return guarded("read_light_buffers", [&] {
     // Lights take turns with the buffers, so this one's are drawn again.
-    const LightView& fitted = s.light_views[light];
+    const LightView& fitted = own[face].fitted;
     LightBuffers buffers;
-    const bool casts = s.draw_light_buffers(light, fitted, *s.rendered);
+    const bool casts = s.draw_light_buffers(own[face].as, fitted, *s.rendered);
     if (!casts) return buffers;
     const cl::CommandQueue& queue = s.device->cl_queue;
     const HsView& view = fitted.view;
@@ -932,16 +975,19 @@ FrameStats Renderer::stats() {
     stats.vertices = s.resident.vertex_count;
     stats.edges = s.resident.edge_count;
     if (!s.rendered) return stats;
-    const auto counters = read<LightCounters>(s.device->cl_queue, s.counters.get(), s.scene.lights.size());
-    for (std::size_t i = 0; i < counters.size(); ++i)
-      stats.lights.push_back({s.scene.lights[i].name,
-                              counters[i].status.silhouette_count,
-                              counters[i].status.feature_count,
-                              counters[i].feature_refs,
-                              counters[i].triangle_refs,
-                              {s.light_views[i].view.width_px, s.light_views[i].view.height_px},
-                              s.light_views[i].casters.empty(),
-                              counters[i].status.negative_count});
+    const auto counters = read<LightCounters>(s.device->cl_queue, s.counters.get(), s.faces.size());
+    for (const Light& light : s.scene.lights) stats.lights.push_back({.name = light.name, .skipped = true});
+    for (std::size_t i = 0; i < counters.size(); ++i) {
+      const LightView& fitted = s.faces[i].fitted;
+      FrameStats::PerLight& light = stats.lights[s.faces[i].light];
+      light.silhouette_edges += counters[i].status.silhouette_count;
+      light.features += counters[i].status.feature_count;
+      light.feature_tile_references += counters[i].feature_refs;
+      light.triangle_tile_references += counters[i].triangle_refs;
+      light.light_map_px = glm::max(light.light_map_px, glm::uvec2(fitted.view.width_px, fitted.view.height_px));
+      light.skipped &= fitted.casters.empty();
+      light.negative_pixels += counters[i].status.negative_count;
+    }
     return stats;
   });
 }

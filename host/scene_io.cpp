@@ -25,8 +25,7 @@ using Json = nlohmann::json;
 
 /// What the "type" of a light may be, in the order of LightType, and which keys each has.
 constexpr std::array<std::string_view, 3> light_types{"spot", "directional", "point"};
-constexpr std::string_view spot_keys[] = {"name",   "type",     "color", "intensity", "position", "target", "up",
-                                          "radius", "cone_deg"};
+constexpr std::string_view spot_keys[] = {"name", "type", "color", "intensity", "position", "target", "up", "radius", "cone_deg"};
 constexpr std::string_view directional_keys[] = {"name", "type", "color", "intensity", "direction", "up", "angular_radius_deg"};
 constexpr std::string_view point_keys[] = {"name", "type", "color", "intensity", "position", "radius"};
 

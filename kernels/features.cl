@@ -9,9 +9,23 @@ HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 
+// How many times wider a penumbra is in the map because the light is a ball: a point at q sees the disc that faces it, which
+// reaches R sqrt(1 + (q . n)^2) far in direction n on the light's plane. q . n is the same all along an edge with normal n; about
+// a corner the widest is at n = q/|q|. 1 for discs.
+HS_INLINE float stretch_of_edge(const HsView view, const HsFinShape shape, float2 px, float2 normal) {
+  const float s = dot(px - view.px_from_q.yw, normal) * shape.ball_q_per_px;
+  return sqrt(1.0f + s * s);
+}
+HS_INLINE float stretch_of_corner(const HsView view, const HsFinShape shape, float2 px) {
+  const float2 q = (px - view.px_from_q.yw) * shape.ball_q_per_px;
+  return sqrt(1.0f + dot(q, q));
+}
+
 // The box about an edge's quad, and about the one on its inner side where fins have two.
-HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 outward, float d_far, float2* low, float2* high) {
-  const float2 a_reach = outward * reach_px(shape, a.z, d_far), b_reach = outward * reach_px(shape, b.z, d_far);
+HS_INLINE void bound_quad(const HsFinShape shape, float stretch, float3 a, float3 b, float2 outward, float d_far, float2* low,
+                          float2* high) {
+  const float2 a_reach = outward * (stretch * reach_px(shape, a.z, d_far)),
+               b_reach = outward * (stretch * reach_px(shape, b.z, d_far));
   const float inner = shape.two_sided ? 1.0f : 0.0f;
   const float2 a_out = a.xy + a_reach, b_out = b.xy + b_reach, a_in = a.xy - a_reach * inner, b_in = b.xy - b_reach * inner;
   *low = fmin(fmin(a_in, b_in), fmin(a_out, b_out));
@@ -60,7 +74,7 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
                            __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
                            __global HsStatus* status) {
   const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
-  const float reach = reach_px(shape, apex.z, view.d_far);
+  const float reach = stretch_of_corner(view, shape, apex.xy) * reach_px(shape, apex.z, view.d_far);
   float2 low, high;
   bound_sector(apex.xy, h0, h1, reach, &low, &high);
   emit(view, layer, corner, rect_of_points(view, low, high), features, rects, tile_counts, status);
@@ -232,7 +246,7 @@ __kernel void build_features(const HsView view, const HsFinShape shape, const ui
     }
     const HsFeature quad = {from.x, from.y, from.z, to.x, to.y, to.z, 0.0f, HS_FEATURE_EDGE};
     float2 low, high;
-    bound_quad(shape, from, to, outward, view.d_far, &low, &high);
+    bound_quad(shape, stretch_of_edge(view, shape, from.xy, outward), from, to, outward, view.d_far, &low, &high);
     emit(view, layer, quad, rect_of_points(view, low, high), features, rects, tile_counts, status);
   }
 }

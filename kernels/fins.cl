@@ -8,6 +8,8 @@
 // A feature as a tile sees it: positions relative to the tile's first texel centre.
 typedef struct {
   float2 a, t, h0, h1;
+  float2 across;  // of an edge: delta's direction, unit but where the light is a ball (stretch_of_edge)
+  float2 q;       // of a corner: where it is in the map, if the light is a ball, else 0
   float ad, d_step, length_px;
   float d_low, d_high;  // of its points
   // It lies between four lines: in row a.y + ry, beyond (or, where not low, before) x = span + ry * span_step.
@@ -31,7 +33,9 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.h0 = (float2)(f.bx, f.by);
   t.h1 = (float2)(f.bd, f.c);
   t.length_px = t.d_step = 0.0f;
+  t.across = t.q = (float2)(0.0f);
   float2 low, high;
+  float stretch;
   if (t.kind == HS_FEATURE_EDGE) {
     const float2 b = (float2)(f.bx, f.by) - convert_float2(tile_px) - 0.5f;
     t.length_px = sqrt(dot(b - t.a, b - t.a));
@@ -39,12 +43,17 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
     t.d_step = (f.bd - f.ad) / t.length_px;
     t.d_low = fmin(f.ad, f.bd);
     t.d_high = fmax(f.ad, f.bd);
-    bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), (float2)(t.t.y, -t.t.x), view.d_far, &low, &high);
+    const float2 outward = (float2)(t.t.y, -t.t.x);
+    stretch = stretch_of_edge(view, shape, (float2)(f.ax, f.ay), outward);
+    t.across = outward / stretch;
+    bound_quad(shape, stretch, (float3)(t.a, f.ad), (float3)(b, f.bd), outward, view.d_far, &low, &high);
   } else {
-    bound_sector(t.a, t.h0, t.h1, reach_px(shape, f.ad, view.d_far), &low, &high);
+    stretch = stretch_of_corner(view, shape, (float2)(f.ax, f.ay));
+    t.q = ((float2)(f.ax, f.ay) - view.px_from_q.yw) * shape.ball_q_per_px;
+    bound_sector(t.a, t.h0, t.h1, stretch * reach_px(shape, f.ad, view.d_far), &low, &high);
   }
   // Lines slope.x rx + slope.y ry + offset = 0 with the feature where that is positive. One that runs along a row bounds no x.
-  const float reach = reach_px(shape, t.d_high, view.d_far), none = 1e9f;
+  const float reach = stretch * reach_px(shape, t.d_high, view.d_far), none = 1e9f;
   float4 slope_x, slope_y, offset;
   if (t.kind == HS_FEATURE_EDGE) {
     slope_x = (float4)(t.t.x, -t.t.x, -t.t.y, t.t.y);
@@ -69,20 +78,25 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   return t;
 }
 
-// Signed distance from the feature and 1/Lb at its nearest point, for the texels that begin at (x, y) of the tile. False where
-// another feature is nearer: beyond an edge's ends, outside a corner's sector. Neighbouring features overlap by what rounding
-// could have torn open between them.
+// Signed distance from the feature, in parts of the penumbra's width (see stretch_of_edge), and 1/Lb at its nearest point, for
+// the texels that begin at (x, y) of the tile. False where another feature is nearer: beyond an edge's ends, outside a corner's
+// sector. Neighbouring features overlap by what rounding could have torn open between them.
 #define HS_SLACK_PX (1.0f / 1024.0f)
 HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
   const vfloat rx = v_float(x + v_iota) - f->a.x;
   const float ry = (float)y - f->a.y;
   if (f->kind == HS_FEATURE_EDGE) {
     const vfloat along = rx * f->t.x + ry * f->t.y;
-    *delta_px = rx * f->t.y - ry * f->t.x;
+    *delta_px = rx * f->across.x + ry * f->across.y;
     *d = f->ad + along * f->d_step;
     return (along >= -HS_SLACK_PX) & (along <= f->length_px + HS_SLACK_PX);
   }
-  const vfloat distance_px = sqrt(rx * rx + ry * ry);
+  vfloat distance_px = sqrt(rx * rx + ry * ry);
+  if (f->q.x != 0.0f || f->q.y != 0.0f) {
+    // |r| / sqrt(1 + (q . r/|r|)^2)
+    const vfloat along_q = rx * f->q.x + ry * f->q.y;
+    distance_px *= distance_px / sqrt(fmax(rx * rx + ry * ry + along_q * along_q, 1e-20f));
+  }
   *delta_px = f->kind == HS_FEATURE_CORNER ? distance_px : -distance_px;
   *d = (vfloat)(f->ad);
   return (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);

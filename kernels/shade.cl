@@ -37,7 +37,8 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
       const vfloat y_ls = -(light->from_camera_y.x * lx + light->from_camera_y.y * ly + light->from_camera_y.z * lz);
       const vfloat z_ls = -(light->from_camera_z.x * lx + light->from_camera_z.y * ly + light->from_camera_z.z * lz);
       const vfloat edge = light->tan_half_cone * z_ls;
-      const vint in_cone = ((z_ls > 0.0f) & (fabs(x_ls) <= edge) & (fabs(y_ls) <= edge)) | (light->tan_half_cone == 0.0f);
+      const vint no_cone = (vint)(light->tan_half_cone == 0.0f ? -1 : 0);
+      const vint in_cone = no_cone | ((z_ls > 0.0f) & (fabs(x_ls) <= edge) & (fabs(y_ls) <= edge));
       const vfloat cosine = (nx * lx + ny * ly + nz * lz) / sqrt(fmax(lx * lx + ly * ly + lz * lz, 1e-30f));
       const vfloat seen_fraction = load_lanes(visibility, (size_t)camera.width_px * camera.height_px * i + first, valid);
       const vfloat received = v_select((vfloat)(0.0f), fmax(cosine, 0.0f) * seen_fraction, in_cone);

@@ -86,6 +86,7 @@ typedef struct {
   float width_px;       // 0 where the width follows from the radius
   hs_uint two_sided;    // 1: inner fins too
   hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
+  float ball_q_per_px;  // light map units a texel where the light is a ball, else 0: see stretch_of_edge in features.cl
 } HsFinShape;
 
 // A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is
@@ -106,7 +107,7 @@ typedef struct {
   float table_per_turn;  // entries of the rank table a quarter turn
   hs_uint sample_count;  // 16, 64, 256 or 1024
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
-  hs_uint padding;
+  hs_uint ball;          // 1: each receiver sees the disc that faces it
 } HsDisc;
 
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
@@ -148,17 +149,18 @@ typedef struct {
   hs_uint width_px, height_px;  // of the G-buffer
   hs_uint has_depth;            // 1: depth plane, 0: position plane
   float tan_half_cone;          // of the square that is lit
+  hs_uint is_face;              // 1: what lies outside of it is lit by another face of the light, and keeps what it has
   float size_per_px;            // of a pixel, at unit view depth
   float unit;                   // of light space, in the world's: 1 but for directional lights
-  float padding0, padding1;
+  float padding0;
 } HsReceiverView;
 
 // One light as shading sees it.
 typedef struct {
   hs_float4 position_ws;  // relative to the camera, times w; w = 0 for a directional light, xyz then is where it comes from
-  hs_float4 color;                                        // colour times intensity
+  hs_float4 color;        // colour times intensity
   hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
-  float tan_half_cone;  // 0 for lights that shine everywhere
+  float tan_half_cone;                                    // 0 for lights that shine everywhere
   float padding0, padding1, padding2;
 } HsShadeLight;
 

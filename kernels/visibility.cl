@@ -3,6 +3,7 @@
 // What HS_LANES pixels are to a light.
 typedef struct {
   vint decided;       // visibility needs no look-up and is `visibility`
+  vint elsewhere;     // of these, those that another face of the light answers for
   vfloat visibility;  // of decided pixels
   vfloat u, v;        // light map position in texels, texel centres at integers
   vfloat z;           // light-space depth
@@ -11,7 +12,7 @@ typedef struct {
 } Receiver;
 
 // Where the receivers at pixels (px .., py) stand in the light.
-//   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1
+//   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1, or another face's concern
 //   turned away from the light: visibility 0
 //   outside the light map, which covers all that casts: visibility 1
 HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid,
@@ -53,8 +54,9 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   r.v = qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
   // n . (light - p), where z of a directional light is 1.
   const vfloat facing = -(view.axis_ws.w * (nx * x + ny * y) + nz * z);
-  const vint in_cone =
-      seen & (receives > 0.0f) & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
+  const vint in_reach = seen & (receives > 0.0f);
+  const vint in_cone = in_reach & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
+  r.elsewhere = view.is_face ? in_reach & !in_cone : (vint)(0);
   const vint in_map =
       (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
   const vint away = in_cone & (facing <= 0.0f);
@@ -207,13 +209,19 @@ HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* 
   return falloff_of(bilinear(&f, &v), falloff);
 }
 
+// Stores what this light, or face of it, makes of `valid` pixels from `first` on.
+HS_INLINE void store_visibility(const Receiver* r, vfloat result, __global float* visibility, size_t first, int valid) {
+  if (v_any(r->elsewhere)) result = v_select(result, load_lanes(visibility, first, valid), r->elsewhere);
+  store_lanes(result, visibility, first, valid);
+}
+
 // Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
-#define HS_FOR_RECEIVERS(body)                                                                          \
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                         \
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                   \
-    vfloat result = r.visibility;                                                                       \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                            \
-    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid); \
+#define HS_FOR_RECEIVERS(body)                                                                                   \
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                                  \
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                            \
+    vfloat result = r.visibility;                                                                                \
+    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                     \
+    store_visibility(&r, result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid); \
   }
 
 // depth_or_position, normal: planes of the GBuffer; visibility: float a pixel, written whole.

@@ -399,7 +399,7 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
         }
       }
     }
-    store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
+    store_visibility(&r, result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
   }
 }
 
@@ -681,6 +681,23 @@ typedef struct {
   bool near;     // a silhouette passes so near that the shadow map cannot be asked about the centre
 } Walk;
 
+// The axes of a ball's disc that faces a receiver: light space turned about its origin, as little as brings z to where p is.
+typedef struct {
+  float3 x, y, z;
+} Facing;
+
+HS_INLINE Facing facing_of(float px, float py, float pz) {
+  const float3 z = (float3)(px, py, pz) / sqrt(px * px + py * py + pz * pz);
+  const float k = 1.0f / (1.0f + z.z);
+  const Facing f = {(float3)(1.0f - z.x * z.x * k, -z.x * z.y * k, -z.x), (float3)(-z.x * z.y * k, 1.0f - z.y * z.y * k, -z.y),
+                    z};
+  return f;
+}
+
+HS_INLINE vfloat along_axis(float3 axis, vfloat x, vfloat y, vfloat z) {
+  return axis.x * x + axis.y * y + axis.z * z;
+}
+
 // Edges that pass before a receiver's disc, projected onto the light's plane.
 typedef struct {
   float ax[HS_LISTED], ay[HS_LISTED], bx[HS_LISTED], by[HS_LISTED];
@@ -694,6 +711,8 @@ typedef struct {
 HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, float px, float py, float pz, Passing* passing,
                             Walk* walk) {
   int taken = 0;
+  const Facing facing = facing_of(px, py, pz);
+  const float p_z = disc.ball ? dot(facing.z, (float3)(px, py, pz)) : pz;  // how far p lies before the disc's plane
   for (int i = 0; i < count; i += HS_LANES) {
     const vint front0 =
         v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
@@ -704,7 +723,13 @@ HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, 
     if (!v_any(m != 0)) continue;
     const vfloat ax_ls = v_load(list->ax + i), ay_ls = v_load(list->ay + i), az_ls = v_load(list->az + i);
     const vfloat bx_ls = v_load(list->bx + i), by_ls = v_load(list->by + i), bz_ls = v_load(list->bz + i);
-    const ProjectedEdge e = project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
+    ProjectedEdge e;
+    if (disc.ball)
+      e = project_edge(along_axis(facing.x, ax_ls, ay_ls, az_ls), along_axis(facing.y, ax_ls, ay_ls, az_ls),
+                       along_axis(facing.z, ax_ls, ay_ls, az_ls), along_axis(facing.x, bx_ls, by_ls, bz_ls),
+                       along_axis(facing.y, bx_ls, by_ls, bz_ls), along_axis(facing.z, bx_ls, by_ls, bz_ls), 0.0f, 0.0f, p_z);
+    else
+      e = project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
     const vint live = (m != 0) & e.seen;
 
     // Distance from the centre. The line is held by its nearer end: the other may be very far.
@@ -713,8 +738,8 @@ HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, 
     const vfloat c = v_select(e.bx * ey - e.by * ex, e.ax * ey - e.ay * ex, a2 <= b2);
     const vint foot_inside = (e.ax * ex + e.ay * ey < 0.0f) & (e.bx * ex + e.by * ey > 0.0f);
     const vfloat distance2 = v_select(fmin(a2, b2), c * c / e2, foot_inside);
-    const vfloat near = disc.near_q * e.far_z * pz;  // times pz - far_z, against which it stands
-    const vfloat gap = pz - e.far_z;
+    const vfloat near = disc.near_q * e.far_z * p_z;  // times p_z - far_z, against which it stands
+    const vfloat gap = p_z - e.far_z;
     if (v_any(live & (distance2 * gap * gap <= near * near))) walk->near = true;
     const vint reaches = live & (distance2 < disc.reach2);
     uint bits = lane_bits(reaches);

@@ -149,7 +149,7 @@ __kernel void receive_layers_begin(const HsView light, const HsReceiverView view
       result =
           v_select(begin_layers(light, shadow_map, near_any, falloff, &r, layer_receivers, illuminances, HS_PIXEL, valid, &rect),
                    r.visibility, r.decided);
-    store_lanes(result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
+    store_visibility(&r, result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
   }
   strip_rects[get_global_id(1) * get_global_size(0) + get_global_id(0)] = rect;
 }

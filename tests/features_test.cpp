@@ -10,10 +10,10 @@ namespace {
 using Features = KernelTest;
 
 constexpr HsFinShape radius_of(float px) {
-  return {px, 0.0f, 0, 0};
+  return {px, 0.0f, 0, 0, 0.0f};
 }
 constexpr HsFinShape width_of(float px) {
-  return {0.0f, px, 0, 0};
+  return {0.0f, px, 0, 0, 0.0f};
 }
 
 struct Built {

@@ -18,19 +18,19 @@ using Shared = KernelTest;
   M(HsView, mid_x_px) M(HsView, mid_y_px) \
   S(HsFeature) M(HsFeature, ax) M(HsFeature, ay) M(HsFeature, ad) M(HsFeature, bx) M(HsFeature, by) M(HsFeature, bd) \
   M(HsFeature, c) M(HsFeature, kind_and_layer) \
-  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) \
+  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) M(HsFinShape, ball_q_per_px) \
   S(HsLayer) M(HsLayer, index) M(HsLayer, count) M(HsLayer, faithful) M(HsLayer, padding) \
   S(HsStatus) M(HsStatus, silhouette_count) M(HsStatus, feature_count) M(HsStatus, dropped_triangle_count) M(HsStatus, negative_count) \
   S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
   M(HsReceiverView, from_world_x) M(HsReceiverView, from_world_y) M(HsReceiverView, from_world_z) M(HsReceiverView, width_px) \
   M(HsReceiverView, height_px) M(HsReceiverView, has_depth) M(HsReceiverView, tan_half_cone) \
-  M(HsReceiverView, from_world_w) M(HsReceiverView, axis_ws) M(HsReceiverView, size_per_px) M(HsReceiverView, unit) \
+  M(HsReceiverView, from_world_w) M(HsReceiverView, axis_ws) M(HsReceiverView, size_per_px) M(HsReceiverView, unit) M(HsReceiverView, is_face) \
   S(HsShadeLight) M(HsShadeLight, position_ws) M(HsShadeLight, color) M(HsShadeLight, from_camera_x) \
   M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, padding0) \
   M(HsShadeLight, padding1) M(HsShadeLight, padding2) \
   S(HsEdge) M(HsEdge, a) M(HsEdge, b) M(HsEdge, plane0) M(HsEdge, plane1) \
   S(HsDisc) M(HsDisc, radius) M(HsDisc, radius_px) M(HsDisc, reach2) M(HsDisc, near_q) M(HsDisc, table_per_turn) \
-  M(HsDisc, sample_count) M(HsDisc, rotated) M(HsDisc, padding)
+  M(HsDisc, sample_count) M(HsDisc, rotated) M(HsDisc, ball)
 // clang-format on
 
 TEST_F(Shared, StructsHaveTheSameLayoutOnTheDevice) {

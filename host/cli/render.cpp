@@ -107,18 +107,23 @@ Metadata frame_metadata(const RenderOptions& options, const Settings& settings, 
   return metadata;
 }
 
-void write_light_buffers(const fs::path& folder, const std::string& stem, Renderer& renderer,
-                         std::span<const std::string> light_names, const Metadata& metadata, Progress& progress) {
-  for (std::size_t light = 0; light < light_names.size(); ++light) {
-    const LightBuffers buffers = renderer.read_light_buffers(light);
-    if (buffers.planes.empty()) {
-      progress.note(fmt::format("light '{}': nothing casts a shadow in its reach; it has no buffers", light_names[light]));
-      continue;
+void write_light_buffers(const fs::path& folder, const std::string& stem, Renderer& renderer, std::span<const Light> lights,
+                         const Metadata& metadata, Progress& progress) {
+  for (std::size_t light = 0; light < lights.size(); ++light) {
+    const std::vector<std::string_view> faces = lights[light].type == LightType::point
+                                                    ? std::vector<std::string_view>{".px", ".nx", ".py", ".ny", ".pz", ".nz"}
+                                                    : std::vector<std::string_view>{""};
+    for (std::size_t face = 0; face < faces.size(); ++face) {
+      const std::string name = fmt::format("{}{}", lights[light].name, faces[face]);
+      const LightBuffers buffers = renderer.read_light_buffers(light, face);
+      if (buffers.planes.empty()) {
+        progress.note(fmt::format("light '{}': nothing casts a shadow in its reach; it has no buffers", name));
+        continue;
+      }
+      Metadata light_metadata = metadata;
+      light_metadata.emplace_back("light", name);
+      write_light_buffers_exr(folder / fmt::format("{}.{}.exr", stem, name), buffers, light_metadata);
     }
-    Metadata light_metadata = metadata;
-    light_metadata.emplace_back("light", light_names[light]);
-    const std::string name = fmt::format("{}.{}.exr", stem, light_names[light]);
-    write_light_buffers_exr(folder / name, buffers, light_metadata);
   }
 }
 
@@ -149,7 +154,7 @@ void run_render(const RenderOptions& options) {
       const fs::path path = options.folder / (stem + ".exr");
       write_frame_exr(path, frame, light_names, options.half, metadata);
       if (options.png) write_frame_png(options.folder / (stem + ".png"), frame);
-      if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, light_names, metadata, progress);
+      if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, scene.lights, metadata, progress);
       progress.end_step(fmt::format("{} ({:.1f} ms)", path.string(), render_ms));
     }
   }

@@ -109,14 +109,14 @@ enum class LightType {
 struct Light {
   std::string name;
   LightType type = LightType::spot;
-  glm::dvec3 position{0.0, 5.0, 0.0};      ///< spot, point
-  glm::dvec3 target{0.0};                  ///< spot
-  glm::dvec3 direction{0.0, -1.0, 0.0};    ///< directional: the way light travels, of any length
-  std::optional<glm::dvec3> up = {};       ///< of a spot's frustum, a directional light's map; by default world +Y, or +Z where
-                                           ///< the axis is within 8° of Y
-  double radius = 0.1;                     ///< spot, point; 0: hard shadows
-  double angular_radius_deg = 0.2665;      ///< directional; 0 <= angle < 45; by default the sun's
-  double cone_deg = 60.0;                  ///< spot: full angle of the square frustum, 0 < cone_deg < 175
+  glm::dvec3 position{0.0, 5.0, 0.0};    ///< spot, point
+  glm::dvec3 target{0.0};                ///< spot
+  glm::dvec3 direction{0.0, -1.0, 0.0};  ///< directional: the way light travels, of any length
+  std::optional<glm::dvec3> up = {};     ///< of a spot's frustum, a directional light's map; by default world +Y, or +Z where
+                                         ///< the axis is within 8° of Y
+  double radius = 0.1;                   ///< spot, point; 0: hard shadows
+  double angular_radius_deg = 0.2665;    ///< directional; 0 <= angle < 45; by default the sun's
+  double cone_deg = 60.0;                ///< spot: full angle of the square frustum, 0 < cone_deg < 175
   glm::vec3 color{1.0f};
   double intensity = 1.0;
 };
@@ -281,7 +281,8 @@ struct Frame {
   std::vector<float> depth;  ///< view-space z, 0 where nothing is seen
 };
 
-/// A light's buffers on the host, in its light map: row-major, first row at the top (+y of light space).
+/// A light's buffers on the host, in its light map: row-major, first row at the top (+y of light space). A face of a point light
+/// looks along an axis of the world with +y up, or +z up along y.
 struct LightBuffers {
   struct Plane {
     std::string name;  ///< "shadow_map.Z", "fin.Z", "fin.A"
@@ -290,8 +291,8 @@ struct LightBuffers {
   glm::uvec2 resolution{0, 0};
   /// Light map coordinates of the corner of texel (0,0). Of a directional light these are lengths, from the world's origin.
   glm::dvec2 lm_from_px_origin{0.0};
-  double lm_from_px_scale = 0.0;      ///< light map units a texel; x grows right, y grows up
-  double znear = 0.0, zfar = 0.0;      ///< light-space z; of a directional light, along its direction from the world's origin
+  double lm_from_px_scale = 0.0;   ///< light map units a texel; x grows right, y grows up
+  double znear = 0.0, zfar = 0.0;  ///< light-space z; of a directional light, along its direction from the world's origin
   std::vector<Plane> planes;
 };
 
@@ -303,6 +304,7 @@ struct StageTime {
 
 /// Counts of the last frame.
 struct FrameStats {
+  /// Of a point light, the sums over its six faces, and the largest of their maps.
   struct PerLight {
     std::string name;
     std::uint32_t silhouette_edges = 0, features = 0, feature_tile_references = 0, triangle_tile_references = 0;
@@ -348,7 +350,8 @@ class Renderer {
 
   /// Copies of the last frame that `render` drew; waits.
   Frame read_frame();
-  LightBuffers read_light_buffers(std::size_t light);
+  /// Of a point light, `face` is one of its six: +x, -x, +y, -y, +z, -z.
+  LightBuffers read_light_buffers(std::size_t light, std::size_t face = 0);
 
   /// Stages of the last `render`, in order; empty where the queue was made without profiling.
   std::vector<StageTime> stage_times();
