@@ -597,8 +597,10 @@ struct Renderer::State {
     const cl_uint count = chosen_samples(settings);
     fill_plane(out, plane, 0.0f);
     const LightView& centre = faces_of_light(light).front().fitted;
-    for (cl_uint i = 0; i < count; ++i)
-      for (const Light& sample : faces_of(light_sample(faces_of_light(light).front().as, centre, i, count))) {
+    for (cl_uint i = 0; i < count; ++i) {
+      const std::vector<Light> samples = faces_of(light_sample(faces_of_light(light).front().as, centre, i, count));
+      for (std::size_t face = 0; face < samples.size(); ++face) {
+        const Light& sample = samples[face];
         const LightView from = fit_light_view(sample, placed, settings.light_resolution_px, device->tile_px);
         const cl_uint casts = !from.casters.empty();
         if (casts) draw_shadow_map(draw_list(*device, resident, placed, from.view, from.frustum.view_from_world, from.drawn));
@@ -606,7 +608,9 @@ struct Renderer::State {
         if (!view.is_face) view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
         launch_pixels("receive_sample", gbuffer.resolution, from.view, view, depth_or_position, normals, shadow_map.get(), casts,
                       out, plane);
+        if (i + 1 == count) keep_counters(faces_of_light(light)[face], from, settings);
       }
+    }
     for (const LightFace& face : faces_of_light(light))
       launch_pixels("receive_samples_end", gbuffer.resolution, whole_cone_view(face.fitted),
                     receiver_view(scene.camera, face.as, face.fitted, has_depth), depth_or_position, normals, count, out, plane);
@@ -635,7 +639,6 @@ struct Renderer::State {
       const bool has_depth = gbuffer.depth != nullptr;
       draw_samples(gbuffer, light, settings, cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
                    cl::Buffer(gbuffer.normal, true), out, plane);
-      for (const LightFace& face : own) keep_counters(face, settings);
     } else {
       for (const LightFace& face : own) draw_face(gbuffer, face, settings, out, plane);
     }
@@ -670,12 +673,11 @@ struct Renderer::State {
       receive("receive_fins", shadow_map.get(), fins.get(), tile_near_fins.get(), static_cast<cl_uint>(chosen_falloff(settings)));
     else
       receive("receive_penumbra_map", shadow_map.get(), penumbra_map.get(), tile_near_fins.get());
-    keep_counters(face, settings);
+    keep_counters(face, fitted, settings);
   }
 
-  /// Copies a face's counters aside, on the device.
-  void keep_counters(const LightFace& face, const Settings& settings) {
-    const LightView& fitted = face.fitted;
+  /// Copies a face's counters aside, on the device. `fitted` is what was drawn last.
+  void keep_counters(const LightFace& face, const LightView& fitted, const Settings& settings) {
     const std::size_t row = static_cast<std::size_t>(&face - faces.data()) * sizeof(LightCounters);
     device->cl_queue.enqueueFillBuffer(counters.get(), cl_uint{0}, row, sizeof(LightCounters));
     if (fitted.casters.empty()) return;

@@ -9,23 +9,47 @@ HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 
-// How many times wider a penumbra is in the map because the light is a ball: a point at q sees the disc that faces it, which
-// reaches R sqrt(1 + (q . n)^2) far in direction n on the light's plane. q . n is the same all along an edge with normal n; about
-// a corner the widest is at n = q/|q|. 1 for discs.
-HS_INLINE float stretch_of_edge(const HsView view, const HsFinShape shape, float2 px, float2 normal) {
-  const float s = dot(px - view.px_from_q.yw, normal) * shape.ball_q_per_px;
-  return sqrt(1.0f + s * s);
+// Where the light is a ball, a receiver sees the disc that faces it, so that distances in the penumbra are angles, not lengths in
+// the map. Here q is a point's place in the map, y down; 0 for discs, for which all of this comes to nothing.
+HS_INLINE float2 ball_q(const HsView view, const HsFinShape shape, float2 px) {
+  return (px - view.px_from_q.yw) * shape.ball_q_per_px;
 }
-HS_INLINE float stretch_of_corner(const HsView view, const HsFinShape shape, float2 px) {
-  const float2 q = (px - view.px_from_q.yw) * shape.ball_q_per_px;
-  return sqrt(1.0f + dot(q, q));
+
+// How far along an edge with this unit normal, for each step across it, the points lead that are nearest to q by angle: towards
+// normal + (q . normal) q.
+HS_INLINE float ball_skew(float2 q, float2 normal, float2 along) {
+  const float s = dot(q, normal);
+  return s * dot(q, along) / (1.0f + s * s);
+}
+
+// As reach_px, for a point of a ball's silhouette at q: see ball_distance in fins.cl. Its angle is one for which
+// |q - p| < R d sqrt(1 + p^2) - R d_far (1 + q . p) / sqrt(1 + p^2), with p the receiver's place, within the face.
+HS_INLINE float ball_reach_px(const HsFinShape shape, float2 q, float d, float d_far) {
+  const float radius = (shape.width_px > 0.0f ? shape.width_px / d : shape.radius_px) * shape.ball_q_per_px;
+  const float from_axis = sqrt(dot(q, q)) + 2.0f * radius * d, stretch = fmin(sqrt(1.0f + from_axis * from_axis), 3.0f);
+  return radius * (stretch * d - d_far * fmax(1.0f - 1.5f * stretch * radius * d, 0.0f)) / shape.ball_q_per_px;
+}
+
+HS_INLINE float reach_at(const HsFinShape shape, float2 q, float d, float d_far) {
+  return shape.ball_q_per_px > 0.0f ? ball_reach_px(shape, q, d, d_far) : reach_px(shape, d, d_far);
+}
+
+// Whether all of a piece of a ball's silhouette lies at an angle to the face's receivers at which it cannot hide anything. It is as
+// long as `length`, and begins at 1/d and q.
+HS_INLINE bool ball_misses_face(const HsFinShape shape, float2 q, float d, float length) {
+  if (shape.ball_q_per_px == 0.0f || shape.width_px > 0.0f) return false;
+  const float slant = sqrt(1.0f + dot(q, q)), nearest = slant / d - length, radius = shape.radius_px * shape.ball_q_per_px;
+  if (nearest <= radius || nearest <= length) return false;
+  const float face = 1.0f;  // 54.7 degrees, to the face's corners, and room for its border
+  return acos(1.0f / slant) > face + asin(radius / nearest) + asin(length / nearest);
 }
 
 // The box about an edge's quad, and about the one on its inner side where fins have two.
-HS_INLINE void bound_quad(const HsFinShape shape, float stretch, float3 a, float3 b, float2 outward, float d_far, float2* low,
-                          float2* high) {
-  const float2 a_reach = outward * (stretch * reach_px(shape, a.z, d_far)),
-               b_reach = outward * (stretch * reach_px(shape, b.z, d_far));
+HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 qa, float2 qb, float2 outward, float d_far,
+                          float2* low, float2* high) {
+  const float2 along = (float2)(-outward.y, outward.x);
+  const float2 a_reach = (outward + along * ball_skew(qa, outward, along)) * reach_at(shape, qa, a.z, d_far),
+               b_reach = (outward + along * ball_skew(qb, outward, along)) * reach_at(shape, qb, b.z, d_far);
   const float inner = shape.two_sided ? 1.0f : 0.0f;
   const float2 a_out = a.xy + a_reach, b_out = b.xy + b_reach, a_in = a.xy - a_reach * inner, b_in = b.xy - b_reach * inner;
   *low = fmin(fmin(a_in, b_in), fmin(a_out, b_out));
@@ -74,7 +98,9 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
                            __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
                            __global HsStatus* status) {
   const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
-  const float reach = stretch_of_corner(view, shape, apex.xy) * reach_px(shape, apex.z, view.d_far);
+  const float2 q = ball_q(view, shape, apex.xy);
+  if (ball_misses_face(shape, q, apex.z, 0.0f)) return;
+  const float reach = reach_at(shape, q, apex.z, view.d_far);
   float2 low, high;
   bound_sector(apex.xy, h0, h1, reach, &low, &high);
   emit(view, layer, corner, rect_of_points(view, low, high), features, rects, tile_counts, status);
@@ -88,11 +114,12 @@ HS_INLINE float3 drawn_px(const HsView view, float3 p_ls, int4 vertex_px) {
 }
 
 // A silhouette edge at a vertex, in texels: the unit direction that leads into the vertex along it, and the outward unit normal.
+// What lies beyond its end is where r . beyond >= 0: the same as into, but where the light is a ball.
 typedef struct {
-  float2 into, outward;
+  float2 into, outward, beyond;
 } EdgeAtVertex;
 
-HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex, int multiplicity,
+HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, const HsFinShape shape, uint2 ends, uint vertex, int multiplicity,
                                       __global const float4* vertices_ls, __global const int4* vertices_px, float3 apex_px) {
   // The other end may lie before the near plane: the direction comes from a point of the edge that does not.
   const uint other = ends.x == vertex ? ends.y : ends.x;
@@ -108,6 +135,8 @@ HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, uint2 ends, uint vertex
   // The stored direction ends.x -> ends.y has the surface to its right where m > 0 (q space, y up): outward is left.
   const bool outward_left = (multiplicity > 0) == (ends.y == vertex);
   e.outward = outward_left ? (float2)(e.into.y, -e.into.x) : (float2)(-e.into.y, e.into.x);
+  const float skew = ball_skew(ball_q(view, shape, apex_px.xy), e.outward, e.into);
+  e.beyond = skew != 0.0f ? (e.into - e.outward * skew) / sqrt(1.0f + skew * skew) : e.into;
   return e;
 }
 
@@ -152,14 +181,14 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
   if (count == 2) {
     // Beyond both edges' ends: the region whose nearest silhouette point is the vertex. It lies outside where the outward normals
     // diverge, inside where the corner is concave.
-    const EdgeAtVertex e0 = edge_at_vertex(view, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
-    const EdgeAtVertex e1 = edge_at_vertex(view, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
+    const EdgeAtVertex e0 = edge_at_vertex(view, shape, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
+    const EdgeAtVertex e1 = edge_at_vertex(view, shape, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
     if (shape.drop_hidden && (hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e0.into, e0.outward, apex.z) ||
                               hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e1.into, e1.outward, apex.z)))
       return;
     const float diverging = dot(e0.outward + e1.outward, e0.into + e1.into);
     if (diverging > 0.0f || (diverging < 0.0f && shape.two_sided))
-      emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.into, e1.into,
+      emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.beyond, e1.beyond,
                   features, rects, tile_counts, status);
   } else if (count > 2) {
     // "We average the adjacent face normals to obtain a shared vertex normal n [...] Then we draw triangles that connect n with
@@ -184,16 +213,17 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
     for (uint i = begin; i < end; ++i) {
       const uint edge = vertex_edges[i];
       if (multiplicities[edge] != 0)
-        outward += edge_at_vertex(view, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex).outward;
+        outward += edge_at_vertex(view, shape, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex).outward;
     }
     if (dot(shared, outward) < 0.0f) shared = -shared;
     for (uint i = begin; i < end; ++i) {
       const uint edge = vertex_edges[i];
       if (multiplicities[edge] == 0) continue;
-      const EdgeAtVertex e = edge_at_vertex(view, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
+      const EdgeAtVertex e = edge_at_vertex(view, shape, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
       // Where the normals cancel out there is no shared direction: a quarter disc closes each fin.
       const float2 to = shared_length > 1e-6f ? shared / shared_length : e.into;
-      const float2 h0 = half_plane(e.outward, to), h1 = half_plane(to, e.outward);
+      const float2 from = (float2)(-e.beyond.y, e.beyond.x);  // the line between the fin and what is beyond its end
+      const float2 h0 = half_plane(from, to), h1 = half_plane(to, e.outward);
       emit_corner(view, shape, layer, HS_FEATURE_CORNER, apex, h0, h1, features, rects, tile_counts, status);
       if (shape.two_sided)
         emit_corner(view, shape, layer, HS_FEATURE_INNER_CORNER, apex, -h0, -h1, features, rects, tile_counts, status);
@@ -246,7 +276,11 @@ __kernel void build_features(const HsView view, const HsFinShape shape, const ui
     }
     const HsFeature quad = {from.x, from.y, from.z, to.x, to.y, to.z, 0.0f, HS_FEATURE_EDGE};
     float2 low, high;
-    bound_quad(shape, stretch_of_edge(view, shape, from.xy, outward), from, to, outward, view.d_far, &low, &high);
+    const float2 from_q = ball_q(view, shape, from.xy), to_q = ball_q(view, shape, to.xy);
+    const float3 across = (float3)(from_q / from.z - to_q / to.z, 1.0f / from.z - 1.0f / to.z);
+    const float length = sqrt(dot(across, across));
+    if (ball_misses_face(shape, from_q, from.z, length) && ball_misses_face(shape, to_q, to.z, length)) continue;
+    bound_quad(shape, from, to, from_q, to_q, outward, view.d_far, &low, &high);
     emit(view, layer, quad, rect_of_points(view, low, high), features, rects, tile_counts, status);
   }
 }

@@ -8,9 +8,10 @@
 // A feature as a tile sees it: positions relative to the tile's first texel centre.
 typedef struct {
   float2 a, t, h0, h1;
-  float2 across;  // of an edge: delta's direction, unit but where the light is a ball (stretch_of_edge)
-  float2 q;       // of a corner: where it is in the map, if the light is a ball, else 0
   float ad, d_step, length_px;
+  // Where the light is a ball: ball_q of a and of the tile's first texel centre, texels to q, ball_skew at both ends of an edge.
+  float2 q, tile_q;
+  float q_per_px, skew, end_skew;
   float d_low, d_high;  // of its points
   // It lies between four lines: in row a.y + ry, beyond (or, where not low, before) x = span + ry * span_step.
   float4 span, span_step;
@@ -32,10 +33,12 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.t = (float2)(0.0f);
   t.h0 = (float2)(f.bx, f.by);
   t.h1 = (float2)(f.bd, f.c);
-  t.length_px = t.d_step = 0.0f;
-  t.across = t.q = (float2)(0.0f);
+  t.length_px = t.d_step = t.skew = t.end_skew = 0.0f;
+  t.q_per_px = shape.ball_q_per_px;
+  t.q = ball_q(view, shape, (float2)(f.ax, f.ay));
+  t.tile_q = ball_q(view, shape, convert_float2(tile_px) + 0.5f);
   float2 low, high;
-  float stretch;
+  float reach = reach_at(shape, t.q, f.ad, view.d_far);
   if (t.kind == HS_FEATURE_EDGE) {
     const float2 b = (float2)(f.bx, f.by) - convert_float2(tile_px) - 0.5f;
     t.length_px = sqrt(dot(b - t.a, b - t.a));
@@ -43,21 +46,21 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
     t.d_step = (f.bd - f.ad) / t.length_px;
     t.d_low = fmin(f.ad, f.bd);
     t.d_high = fmax(f.ad, f.bd);
-    const float2 outward = (float2)(t.t.y, -t.t.x);
-    stretch = stretch_of_edge(view, shape, (float2)(f.ax, f.ay), outward);
-    t.across = outward / stretch;
-    bound_quad(shape, stretch, (float3)(t.a, f.ad), (float3)(b, f.bd), outward, view.d_far, &low, &high);
+    const float2 outward = (float2)(t.t.y, -t.t.x), end_q = ball_q(view, shape, (float2)(f.bx, f.by));
+    t.skew = ball_skew(t.q, outward, t.t);
+    t.end_skew = ball_skew(end_q, outward, t.t);
+    reach = fmax(reach, reach_at(shape, end_q, f.bd, view.d_far));
+    bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), t.q, end_q, outward, view.d_far, &low, &high);
   } else {
-    stretch = stretch_of_corner(view, shape, (float2)(f.ax, f.ay));
-    t.q = ((float2)(f.ax, f.ay) - view.px_from_q.yw) * shape.ball_q_per_px;
-    bound_sector(t.a, t.h0, t.h1, stretch * reach_px(shape, f.ad, view.d_far), &low, &high);
+    bound_sector(t.a, t.h0, t.h1, reach, &low, &high);
   }
   // Lines slope.x rx + slope.y ry + offset = 0 with the feature where that is positive. One that runs along a row bounds no x.
-  const float reach = stretch * reach_px(shape, t.d_high, view.d_far), none = 1e9f;
+  const float none = 1e9f;
   float4 slope_x, slope_y, offset;
   if (t.kind == HS_FEATURE_EDGE) {
-    slope_x = (float4)(t.t.x, -t.t.x, -t.t.y, t.t.y);
-    slope_y = (float4)(t.t.y, -t.t.y, t.t.x, -t.t.x);
+    const float2 first = t.t - (float2)(t.t.y, -t.t.x) * t.skew, last = t.t - (float2)(t.t.y, -t.t.x) * t.end_skew;
+    slope_x = (float4)(first.x, -last.x, -t.t.y, t.t.y);
+    slope_y = (float4)(first.y, -last.y, t.t.x, -t.t.x);
     offset = (float4)(0.0f, t.length_px, reach, shape.two_sided ? reach : 0.0f);
   } else {
     slope_x = (float4)(t.h0.x, t.h1.x, 1.0f, -1.0f);
@@ -78,28 +81,55 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   return t;
 }
 
-// Signed distance from the feature, in parts of the penumbra's width (see stretch_of_edge), and 1/Lb at its nearest point, for
-// the texels that begin at (x, y) of the tile. False where another feature is nearer: beyond an edge's ends, outside a corner's
-// sector. Neighbouring features overlap by what rounding could have torn open between them.
+// From a signed distance and 1/Lb in the map to what they would be if the disc that faces the texel lay in the light's plane. At
+// place p, with the silhouette's nearest point at q, an angle theta away: its part along the ray to p gives 1/L =
+// d (1 + p^2) / (1 + q . p), and the distance is tan(theta) sqrt(1 + p^2). False where theta is a right angle or more.
+HS_INLINE vint ball_distance(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
+  const vfloat px = f->tile_q.x + f->q_per_px * v_float(x + v_iota);
+  const float py = f->tile_q.y + f->q_per_px * (float)y;
+  const vfloat p2 = 1.0f + px * px + py * py;
+  vfloat facing, distance;
+  if (f->kind == HS_FEATURE_EDGE) {
+    // sin(theta) = delta / sqrt((1 + s^2) (1 + p^2)) for a line in the map that passes s from the axis.
+    const vfloat delta = *delta_px * f->q_per_px;
+    const float s = f->q.x * f->t.y - f->q.y * f->t.x, skew = 0.5f * (f->skew + f->end_skew);
+    facing = p2 - delta * (px * (f->t.y + skew * f->t.x) + py * (skew * f->t.y - f->t.x));
+    distance = delta / sqrt(fmax(1.0f + s * s - delta * delta / p2, 1e-6f));
+  } else {
+    const vfloat rx = px - f->q.x, turned = px * f->q.y - py * f->q.x;
+    const float ry = py - f->q.y;
+    facing = 1.0f + px * f->q.x + py * f->q.y;
+    distance = copysign(sqrt((rx * rx + ry * ry + turned * turned) * p2) / fmax(facing, 1e-6f), *delta_px);
+  }
+  *delta_px = distance / f->q_per_px;
+  *d *= p2 / fmax(facing, 1e-6f);
+  return facing > 0.0f;
+}
+
+// Signed distance from the feature and 1/Lb at its nearest point, for the texels that begin at (x, y) of the tile. False where
+// another feature is nearer: beyond an edge's ends, outside a corner's sector. Neighbouring features overlap by what rounding
+// could have torn open between them.
 #define HS_SLACK_PX (1.0f / 1024.0f)
 HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
   const vfloat rx = v_float(x + v_iota) - f->a.x;
   const float ry = (float)y - f->a.y;
   if (f->kind == HS_FEATURE_EDGE) {
     const vfloat along = rx * f->t.x + ry * f->t.y;
-    *delta_px = rx * f->across.x + ry * f->across.y;
+    *delta_px = rx * f->t.y - ry * f->t.x;
+    if (f->q_per_px > 0.0f) {
+      const vfloat from = along - *delta_px * f->skew, to = along - *delta_px * f->end_skew;
+      *d = f->ad + clamp(0.5f * (from + to), 0.0f, f->length_px) * f->d_step;
+      return (from >= -HS_SLACK_PX) & (to <= f->length_px + HS_SLACK_PX) & ball_distance(f, x, y, delta_px, d);
+    }
     *d = f->ad + along * f->d_step;
     return (along >= -HS_SLACK_PX) & (along <= f->length_px + HS_SLACK_PX);
   }
-  vfloat distance_px = sqrt(rx * rx + ry * ry);
-  if (f->q.x != 0.0f || f->q.y != 0.0f) {
-    // |r| / sqrt(1 + (q . r/|r|)^2)
-    const vfloat along_q = rx * f->q.x + ry * f->q.y;
-    distance_px *= distance_px / sqrt(fmax(rx * rx + ry * ry + along_q * along_q, 1e-20f));
-  }
+  const vfloat distance_px = sqrt(rx * rx + ry * ry);
   *delta_px = f->kind == HS_FEATURE_CORNER ? distance_px : -distance_px;
   *d = (vfloat)(f->ad);
-  return (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
+  vint inside = (vint)(-1);
+  if (f->q_per_px > 0.0f) inside = ball_distance(f, x, y, delta_px, d);
+  return inside & (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
 }
 
 // The texels of row y that a feature may reach, inclusive: most are long and thin, or slices of a disc, and fill little of their

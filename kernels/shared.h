@@ -86,7 +86,7 @@ typedef struct {
   float width_px;       // 0 where the width follows from the radius
   hs_uint two_sided;    // 1: inner fins too
   hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
-  float ball_q_per_px;  // light map units a texel where the light is a ball, else 0: see stretch_of_edge in features.cl
+  float ball_q_per_px;  // light map units a texel where the light is a ball, else 0: see ball_q in features.cl
 } HsFinShape;
 
 // A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is

@@ -9,6 +9,7 @@ typedef struct {
   vfloat z;           // light-space depth
   // The receiver's plane in the light map: 1/z at texel (x, y) is plane_d + plane_dx (x - u) + plane_dy (y - v).
   vfloat plane_d, plane_dx, plane_dy;
+  vfloat error_d;  // what 1/z may be wrong by because of the G-buffer
 } Receiver;
 
 // Where the receivers at pixels (px .., py) stand in the light.
@@ -18,7 +19,7 @@ typedef struct {
 HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid,
                           __global const float* depth_or_position, __global const float4* normal) {
   const size_t first = (size_t)py * view.width_px + px;
-  vfloat x, y, z, w, nx_ws, ny_ws, nz_ws, receives;
+  vfloat x, y, z, w, error, nx_ws, ny_ws, nz_ws, receives;
   vint seen;
   if (view.has_depth) {
     const vfloat z_vs = load_lanes(depth_or_position, first, valid);
@@ -29,6 +30,7 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
     y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
     z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
     w = z_vs * (view.ray0.w + pixel_x * view.ray_dx.w + pixel_y * view.ray_dy.w) + view.origin.w;
+    error = z_vs * (view.size_per_px * (1.0f / 256.0f));  // rasterizers snap vertices
   } else {
     vfloat px_ws, py_ws, pz_ws, is_seen;
     load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &is_seen);
@@ -37,6 +39,7 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
     y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
     z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
     w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
+    error = (vfloat)(0.0f);
   }
   load_lanes4(normal, first, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
   const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
@@ -67,17 +70,18 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   // in a directional light's.
   const vfloat inverse = -1.0f / fmax(facing, 1e-30f);
   r.plane_d = d;
+  r.error_d = error * (view.axis_ws.w != 0.0f ? d * d : (vfloat)(1.0f / view.unit));
   r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);
   r.plane_dy = ny * inverse * (1.0f / light.px_from_q.z);
   return r;
 }
 
 // The automatic bias: a receiver is compared at the texel's centre with the depth of its own plane there, which is what the
-// map holds where the receiver lies in it. What remains is rounding (relative 2^-18, and the 1/256 texel grid that vertices are
-// snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is allowed. Near the terminator
+// map holds where the receiver lies in it. What remains is rounding (relative 2^-18, and the grids of 1/256 that the vertices of
+// the G-buffer and of the map are snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is allowed. Near the terminator
 // the plane's slope is unbounded and its 1/z may pass 0: it stays within a factor of two of the receiver's own.
 HS_INLINE vfloat plane_d_at(const Receiver* r, vfloat du, vfloat dv) {
-  const vfloat slack = 0.25f * (fabs(r->plane_dx) + fabs(r->plane_dy)) + r->plane_d * 4e-6f;
+  const vfloat slack = 0.25f * (fabs(r->plane_dx) + fabs(r->plane_dy)) + r->plane_d * 4e-6f + r->error_d;
   return clamp(r->plane_d + r->plane_dx * du + r->plane_dy * dv + slack, r->plane_d * 0.5f, r->plane_d * 2.0f);
 }
 

@@ -187,7 +187,7 @@ std::optional<Light> light_from_metadata(const ExrImage& image, const std::strin
     };
     Light light;
     light.name = name;
-    const auto type = json.at("type").get<std::string>();
+    const auto type = json.value("type", std::string(name_of(LightType::spot)));
     light.type = type == name_of(LightType::directional) ? LightType::directional
                  : type == name_of(LightType::point)     ? LightType::point
                                                          : LightType::spot;
