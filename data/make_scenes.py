@@ -393,6 +393,21 @@ SCENES = collections.OrderedDict([
         "", "Many small silhouettes, some in front of others: a scanned bunny on the ground",
         [floor(), mesh("bunny", BUNNY_PATH, [0.66, 0.56, 0.46], [0, 0.99, 0])],
         camera([-1.6, 5, 5], [-0.55, 0.7, -0.1]), spot([3.5, 7, 2.5], [0, 0.8, 0], 0.3, 90))),
+    ("sun", scene(
+        "", "A directional light, low and three degrees wide: shadows of a colonnade grow softer with their length",
+        [floor(), mesh("pillars", "pillars", OCHRE, [0, 0, 0], [0, 20, 0], [1.6, 1.6, 1.6]),
+         mesh("box", "box", CLAY, [0, 1.9, 0], [0, 20, 0], [2.6, 0.2, 2.6])],
+        camera([-1.6, 7.5, 8], [-0.6, 0.6, -0.3]),
+        [{"name": "sun", "type": "directional", "direction": [-3, -4, -1.5], "angular_radius_deg": 3,
+         "color": [1, 1, 1], "intensity": 1}])),
+    ("lamp", scene(
+        "", "A point light amid its casters: their shadows lie all around it, over the borders of its six maps",
+        [floor(), mesh("cylinder", "cylinder", CLAY, [-2, 0.8, -1], [0, 0, 0], [0.7, 1.6, 0.7]),
+         mesh("box", "box", SLATE, [1.5, 0.7, 1.3], [0, 30, 0], [0.9, 0.9, 0.9]),
+         mesh("ring", "torus", SAGE, [1.6, 1.1, -1.7], [90, 0, 40])],
+        camera([-0.4, 9.5, 8], [0, 0.2, 0]),
+        [{"name": "lamp", "type": "point", "position": [0, 2.2, 0], "radius": 0.2,
+         "color": [1, 1, 1], "intensity": 1}])),
     ("turntable", scene(
         "", "Animation, frames 1 to 24: solids turn on a disc while a box slides over them",
         [floor(), mesh("disc", "cylinder", SAGE, [0, 0.1, 0], scale=[3, 0.2, 3]),

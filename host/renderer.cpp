@@ -726,6 +726,13 @@ struct Renderer::State {
                                    settings.smoothie_width));
   }
 
+  static void check(const Settings& settings, const Light& light, std::string_view caller) {
+    if (settings.method == Method::smoothies && settings.smoothie_width > 0.0 && light.type == LightType::directional)
+      throw InputError(
+          fmt::format("{}: smoothie width {}: it is of a light's cone, and light '{}' is directional; use 0 (from its radius)",
+                      caller, settings.smoothie_width, light.name));
+  }
+
   void check(const GBuffer& gbuffer, std::string_view caller) const {
     if (gbuffer.resolution != scene.camera.resolution)
       throw InputError(fmt::format("{}: the G-buffer is {}x{}, the scene's camera {}x{}; they must agree", caller,
@@ -820,6 +827,7 @@ void Renderer::enqueue_visibility(const GBuffer& gbuffer, std::size_t light, con
   s.check(gbuffer, "enqueue_visibility");
   if (light >= s.scene.lights.size())
     throw InputError(fmt::format("enqueue_visibility: light {}: the scene has {}", light, s.scene.lights.size()));
+  State::check(settings, s.scene.lights[light], "enqueue_visibility");
   State::check_plane(visibility, (plane + 1) * pixels_of(s.camera_list->view) * sizeof(cl_float), "visibility",
                      "enqueue_visibility");
   guarded("enqueue_visibility", [&] {
@@ -852,6 +860,7 @@ void Renderer::render(const Settings& settings) {
   State& s = *state_;
   s.require_scene("render");
   s.check(settings, "render");
+  for (const Light& light : s.scene.lights) State::check(settings, light, "render");
   guarded("render", [&] {
     s.timed.clear();
     s.timing = s.device->profiles;

@@ -34,8 +34,8 @@ HS_INLINE float reach_at(const HsFinShape shape, float2 q, float d, float d_far)
   return shape.ball_q_per_px > 0.0f ? ball_reach_px(shape, q, d, d_far) : reach_px(shape, d, d_far);
 }
 
-// Whether all of a piece of a ball's silhouette lies at an angle to the face's receivers at which it cannot hide anything. It is as
-// long as `length`, and begins at 1/d and q.
+// Whether all of a piece of a ball's silhouette lies at an angle to the face's receivers at which it cannot hide anything. It is
+// as long as `length`, and begins at 1/d and q.
 HS_INLINE bool ball_misses_face(const HsFinShape shape, float2 q, float d, float length) {
   if (shape.ball_q_per_px == 0.0f || shape.width_px > 0.0f) return false;
   const float slant = sqrt(1.0f + dot(q, q)), nearest = slant / d - length, radius = shape.radius_px * shape.ball_q_per_px;
@@ -181,8 +181,10 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
   if (count == 2) {
     // Beyond both edges' ends: the region whose nearest silhouette point is the vertex. It lies outside where the outward normals
     // diverge, inside where the corner is concave.
-    const EdgeAtVertex e0 = edge_at_vertex(view, shape, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
-    const EdgeAtVertex e1 = edge_at_vertex(view, shape, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
+    const EdgeAtVertex e0 =
+        edge_at_vertex(view, shape, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
+    const EdgeAtVertex e1 =
+        edge_at_vertex(view, shape, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
     if (shape.drop_hidden && (hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e0.into, e0.outward, apex.z) ||
                               hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e1.into, e1.outward, apex.z)))
       return;
@@ -219,7 +221,8 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
     for (uint i = begin; i < end; ++i) {
       const uint edge = vertex_edges[i];
       if (multiplicities[edge] == 0) continue;
-      const EdgeAtVertex e = edge_at_vertex(view, shape, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
+      const EdgeAtVertex e =
+          edge_at_vertex(view, shape, edges[edge], vertex, multiplicities[edge], vertices_ls, vertices_px, apex);
       // Where the normals cancel out there is no shared direction: a quarter disc closes each fin.
       const float2 to = shared_length > 1e-6f ? shared / shared_length : e.into;
       const float2 from = (float2)(-e.beyond.y, e.beyond.x);  // the line between the fin and what is beyond its end

@@ -78,8 +78,9 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
 
 // The automatic bias: a receiver is compared at the texel's centre with the depth of its own plane there, which is what the
 // map holds where the receiver lies in it. What remains is rounding (relative 2^-18, and the grids of 1/256 that the vertices of
-// the G-buffer and of the map are snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is allowed. Near the terminator
-// the plane's slope is unbounded and its 1/z may pass 0: it stays within a factor of two of the receiver's own.
+// the G-buffer and of the map are snapped to), and curvature within a texel, for which a quarter texel of the plane's slope is
+// allowed. Near the terminator the plane's slope is unbounded and its 1/z may pass 0: it stays within a factor of two of the
+// receiver's own.
 HS_INLINE vfloat plane_d_at(const Receiver* r, vfloat du, vfloat dv) {
   const vfloat slack = 0.25f * (fabs(r->plane_dx) + fabs(r->plane_dy)) + r->plane_d * 4e-6f + r->error_d;
   return clamp(r->plane_d + r->plane_dx * du + r->plane_dy * dv + slack, r->plane_d * 0.5f, r->plane_d * 2.0f);

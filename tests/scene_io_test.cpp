@@ -11,6 +11,7 @@ namespace {
 
 using halfshade::InputError;
 using halfshade::load_scene;
+using halfshade::LightType;
 using halfshade::Scene;
 using halfshade::scene_at_frame;
 using halfshade::validate;
@@ -113,6 +114,53 @@ TEST_F(SceneFile, EveryKeyIsRead) {
   EXPECT_EQ(scene.animation.tracks[0].keys[0].value.x, 0.25);
 }
 
+TEST_F(SceneFile, EachLightTypeHasItsOwnKeys) {
+  json_["lights"] = Json::parse(R"([
+    {"name": "sun", "type": "directional", "direction": [0, -2, 1], "up": [1, 0, 0], "angular_radius_deg": 0.5, "intensity": 2},
+    {"name": "lamp", "type": "point", "position": [1, 2, 3], "radius": 0.25},
+    {"name": "noon", "type": "directional", "direction": [0, -1, 0]}])");
+  json_["animation"] = Json::parse(R"({"tracks": [{"target": "sun.direction", "keys": [[1, [0, -1, 0]], [3, [2, -1, 0]]]},
+                                                  {"target": "sun.angular_radius_deg", "keys": [[1, 1]]},
+                                                  {"target": "lamp.position", "keys": [[1, [4, 5, 6]]]}]})");
+  const Scene scene = load();
+  EXPECT_EQ(scene.lights[0].type, LightType::directional);
+  EXPECT_EQ(scene.lights[0].direction, glm::dvec3(0, -2, 1));
+  EXPECT_EQ(scene.lights[0].up, glm::dvec3(1, 0, 0));
+  EXPECT_EQ(scene.lights[0].angular_radius_deg, 0.5);
+  EXPECT_EQ(scene.lights[0].intensity, 2.0);
+  EXPECT_EQ(scene.lights[1].type, LightType::point);
+  EXPECT_EQ(scene.lights[1].position, glm::dvec3(1, 2, 3));
+  EXPECT_EQ(scene.lights[1].radius, 0.25);
+  EXPECT_EQ(scene.lights[2].angular_radius_deg, 0.2665) << "the sun's";
+  const Scene middle = scene_at_frame(scene, 2);
+  EXPECT_EQ(middle.lights[0].direction, glm::dvec3(1, -1, 0));
+  EXPECT_EQ(middle.lights[0].angular_radius_deg, 1.0);
+  EXPECT_EQ(middle.lights[1].position, glm::dvec3(4, 5, 6));
+}
+
+TEST_F(SceneFile, KeysAndValuesThatALightTypeDoesNotHaveAreRefused) {
+  json_["lights"] = Json::parse(R"([{"type": "directional", "direction": [0, -1, 0]}])");
+  refuse("/lights/0/position", {0, 1, 0}, {": lights[0]: expected one of the keys ", "angular_radius_deg", "\"position\""});
+  refuse("/lights/0/radius", 1, {": lights[0]: expected one of the keys "});
+  refuse("/lights/0/cone_deg", 60, {": lights[0]: expected one of the keys "});
+  refuse("/lights/0/direction", {0, 0, 0}, {": lights[0].direction: ", "not 0"});
+  refuse("/lights/0/direction", {1e308, 1e308, 0}, {": lights[0].direction: ", "out of reach"});
+  refuse("/lights/0/up", {0, 2, 0}, {": lights[0].up: ", "not along the light's direction"});
+  for (const double angle : {-0.1, 45.0, 90.0})
+    refuse("/lights/0/angular_radius_deg", angle, {": lights[0].angular_radius_deg: ", "below 45"});
+  refuse("/animation", {{"tracks", {{{"target", "light0.position"}, {"keys", {{1, {0, 0, 0}}}}}}}},
+         {": animation.tracks[0].target: ", "what its type has of"});
+  refuse("/animation", {{"tracks", {{{"target", "light0.angular_radius_deg"}, {"keys", {{1, 50}}}}}}},
+         {": animation.tracks[0].keys[0]: ", "below 45"});
+  json_["lights"] = Json::parse(R"([{"type": "directional"}])");
+  refuse("/ambient", {0, 0, 0}, {"expected the key \"direction\""});
+  json_["lights"] = Json::parse(R"([{"type": "point", "position": [0, 1, 0]}])");
+  refuse("/lights/0/target", {0, 0, 0}, {": lights[0]: expected one of the keys ", "\"target\""});
+  refuse("/lights/0/radius", -1, {": lights[0].radius: ", "at least 0"});
+  json_["lights"] = Json::parse("[5]");
+  refuse("/ambient", {0, 0, 0}, {": lights[0]: expected an object"});
+}
+
 TEST_F(SceneFile, NothingToDrawAndNoLightIsAScene) {
   json_["meshes"] = Json::array();
   json_.erase("lights");
@@ -208,7 +256,7 @@ TEST_F(SceneFile, WrongTypesAreNamedWithTheirPlace) {
 }
 
 TEST_F(SceneFile, UnknownLightTypesAreRefusedWithTheKnownOnes) {
-  refuse("/lights/0/type", "area", {": lights[0].type: ", "light types spot", "\"area\""});
+  refuse("/lights/0/type", "area", {": lights[0].type: ", "light types spot, directional, point", "\"area\""});
   refuse("/lights/0/type", "Spot", {"did you mean \"spot\"?"});
 }
 
