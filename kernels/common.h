@@ -25,6 +25,9 @@ typedef int16 vint;
 #define v_int convert_int16
 #define v_float_of_bits as_float16
 #define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
+// Of a mask. Not as !m: compilers make that an exclusive or with a vector of ones of one bit each, which Oclgrind 21.10 takes for
+// 1 where its comparisons give -1: what was true comes out as -2, and what was false as 1.
+#define v_not(m) v_select((vint)(-1), (vint)(0), m)
 HS_INLINE bool v_any(int16 m) {
   const int8 a = m.lo | m.hi;
   const int4 b = a.lo | a.hi;
@@ -35,7 +38,7 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
   return (float16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
                    p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 }
-#define v_all(m) (!v_any(!(m)))
+#define v_all(m) (!v_any(v_not(m)))
 #define v_first(v) ((v).s0)
 // p[i] and p[i + 1]: one 8-byte load serves both.
 HS_INLINE void v_gather_pair(__global const float* p, int16 i, float16* left, float16* right) {
@@ -68,6 +71,7 @@ typedef int vint;
 #define v_int (int)
 #define v_float_of_bits as_float
 #define v_select(if_false, if_true, mask) ((mask) ? (if_true) : (if_false))
+#define v_not(m) (!(m))
 #define v_any(m) ((m) != 0)
 #define v_gather(p, i) ((p)[i])
 HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float* right) {

@@ -53,7 +53,7 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   const vint in_map =
       (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
   const vint away = in_cone & (facing <= 0.0f);
-  r.decided = !(in_cone & in_map) | away;
+  r.decided = v_not(in_cone & in_map) | away;
   r.visibility = v_select((vfloat)(1.0f), (vfloat)(0.0f), away);
 
   // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map.
@@ -173,7 +173,7 @@ HS_INLINE vint near_fins(const HsView light, const Footprint* f, const Receiver*
 #if HS_LANES == 16
   // Neighbouring pixels mostly share a tile.
   const int first = tile.s0;
-  if (v_all((tile == first) | r->decided)) return tile_near_fins[first] ? !r->decided : (vint)(0);
+  if (v_all((tile == first) | r->decided)) return tile_near_fins[first] ? v_not(r->decided) : (vint)(0);
   int lanes[16];
   for (int k = 0; k < 16; ++k) lanes[k] = tile_near_fins[((const int*)&tile)[k]];
   return (vload16(0, lanes) != 0) & !r->decided;
@@ -206,7 +206,7 @@ HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* 
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                         \
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                   \
     vfloat result = r.visibility;                                                                       \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                            \
+    if (v_any(v_not(r.decided))) result = v_select(body, r.visibility, r.decided);                      \
     store_lanes(result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid); \
   }
 

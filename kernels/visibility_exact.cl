@@ -260,7 +260,7 @@ __kernel void bound_receivers(const HsView light, const HsReceiverView view, __g
                               __global const float4* normal, __global int* tile_far, __global uint* tile_counts) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
-    const vint mine = !r.decided & (v_iota < valid);
+    const vint mine = v_not(r.decided) & (v_iota < valid);
     if (!v_any(mine)) continue;
     const vint tiles = tile_of(light, &r), z_bits = v_as_int(r.z);
     int tile;
@@ -370,7 +370,7 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
-    const vint mine = !r.decided & (v_iota < valid);
+    const vint mine = v_not(r.decided) & (v_iota < valid);
     if (v_any(mine)) {
       const vint tiles = tile_of(light, &r);
       int tile;
@@ -383,7 +383,7 @@ __kernel void list_receivers(const HsView light, const HsReceiverView view, __gl
         const vfloat plane_d = r.plane_d + r.plane_dx * (v_float(x) - r.u) + r.plane_dy * (v_float(y) - r.v);
         const vint lit = z_map * (plane_d + HS_SAME_SURFACE(r.plane_d, slope)) >= 1.0f;
         const vint dark = z_map * HS_CLEARLY_BEFORE(r.plane_d, slope) < 1.0f;
-        chosen = mine & !(lit | dark);
+        chosen = mine & v_not(lit | dark);
         if (!together)
           for (int i = 0; i < HS_LANES; ++i)
             if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1])
@@ -625,7 +625,7 @@ HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx,
   const vfloat limit = pz * HS_BEYOND;
   const vint a_beyond = az > limit, b_beyond = bz > limit;
   ProjectedEdge e;
-  e.seen = !(a_beyond & b_beyond);
+  e.seen = v_not(a_beyond & b_beyond);
   if (v_any(a_beyond | b_beyond)) {
     const vfloat t = (limit - bz) / v_select(az - bz, (vfloat)(1.0f), az == bz);
     const vfloat cut_x = bx + (ax - bx) * t, cut_y = by + (ay - by) * t;
@@ -832,7 +832,7 @@ HS_INLINE int lit_by_map(const HsView light, __global const float* shadow_map, c
 // has it): +1 where it crosses the half-line y = 0, x > 0 upwards, -1 downwards. Summed over a triangle, its winding number.
 HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
   const vint a_up = ay >= 0.0f, b_up = by >= 0.0f, left = left_of_centre(ax, ay, bx, by);
-  return v_select((vint)(0), (vint)(1), !a_up & b_up & left) - v_select((vint)(0), (vint)(1), a_up & !b_up & !left);
+  return v_select((vint)(0), (vint)(1), v_not(a_up) & b_up & left) - v_select((vint)(0), (vint)(1), a_up & v_not(b_up | left));
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
@@ -896,7 +896,7 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
     for (int k = 0; k < asking_count; k += HS_LANES) {
       const vfloat px = v_load(xs + k), py = v_load(ys + k), pz = v_load(zs + k);
       const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
-      const vint between = 0.0f >= f.w ? !front : front;
+      const vint between = 0.0f >= f.w ? v_not(front) : front;
       if (!v_any(between)) continue;
       const vfloat ax = map_x(a.x, a.z, px, pz), ay = map_x(a.y, a.z, py, pz);
       const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
@@ -906,7 +906,7 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
         turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
       } else {  // part of it has no place in the map: by the sides of its edges' planes
         const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
-        turns = v_select((vint)(0), (vint)(1), ab & bc & !ac) - v_select((vint)(0), (vint)(1), !ab & !bc & ac);
+        turns = v_select((vint)(0), (vint)(1), ab & bc & v_not(ac)) - v_select((vint)(0), (vint)(1), v_not(ab | bc) & ac);
       }
       const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
       v_store(v_load(crossings + k) + crossed, crossings + k);
