@@ -7,6 +7,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "light_samples.hpp"
+
 namespace halfshade {
 
 // Host and device must agree about every struct (a test asks the device for its own sizes).
@@ -121,6 +123,10 @@ Frustum light_frustum(const Light& light) {
   return frustum;
 }
 
+double disc_radius(const Light& light) {
+  return light.shape == LightShape::rectangle ? glm::length(light.size) / 2.0 : light.radius;
+}
+
 HsView camera_view(const Camera& camera, unsigned tile_px) {
   const Frustum frustum = camera_frustum(camera);
   const double px_per_q = camera.resolution.y / (2.0 * frustum.tan_half_y);
@@ -178,8 +184,8 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   ViewBounds casting, receiving;
   for (const std::uint32_t i : lit) {
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
-    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, light.radius, meshes, lit, i)) {
-      const double widest = bounds.z_low > 0.0 ? light.radius / bounds.z_low : 2.0 * cone;
+    if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, disc_radius(light), meshes, lit, i)) {
+      const double widest = bounds.z_low > 0.0 ? disc_radius(light) / bounds.z_low : 2.0 * cone;
       casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
       casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);
       fitted.casters.push_back(i);
@@ -236,16 +242,23 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
 
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count) {
   const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  const double distance = light.radius * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
+  const double distance = std::sqrt((index + 0.5) / count), angle = golden_angle * index;
+  return light_at_point(light, fitted, distance * glm::dvec2(std::cos(angle), std::sin(angle)));
+}
+
+Light light_at_point(const Light& light, const LightView& fitted, const glm::dvec2& at) {
+  const double radius = disc_radius(light);
   const glm::dmat4& light_from_world = fitted.frustum.view_from_world;
   const glm::dvec3 up = row_of(light_from_world, 1);
-  const glm::dvec3 offset = row_of(light_from_world, 0) * (distance * std::cos(angle)) + up * (distance * std::sin(angle));
+  const glm::dvec3 offset = radius * (row_of(light_from_world, 0) * at.x + up * at.y);
   Light point = light;
   point.position += offset;
   point.target += offset;
   point.up = up;
   point.radius = 0.0;
-  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + light.radius / fitted.znear));
+  point.shape = LightShape::disc;
+  point.texture.reset();
+  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + radius / fitted.znear));
   return point;
 }
 
@@ -300,7 +313,8 @@ HsShadeLight shade_light(const Camera& camera, const Light& light) {
   const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
   HsShadeLight shade{};
   shade.position_ws = float4_of(light.position - camera.position);
-  shade.color = float4_of(glm::dvec3(light.color) * light.intensity);
+  shade.color = float4_of(glm::dvec3(light.color) * light.intensity * mean_color(light));
+  shade.tint_plane = -1;
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));
   shade.from_camera_y = float4_of(row_of(light_from_world, 1));
   shade.from_camera_z = float4_of(row_of(light_from_world, 2));

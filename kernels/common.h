@@ -57,6 +57,12 @@ HS_INLINE int lane_count(int16 mask) {
   const int2 c = b.lo + b.hi;
   return -(c.x + c.y);
 }
+HS_INLINE float v_sum(float16 v) {
+  const float8 a = v.lo + v.hi;
+  const float4 b = a.lo + a.hi;
+  const float2 c = b.lo + b.hi;
+  return c.x + c.y;
+}
 // Bit i for lane i.
 HS_INLINE uint lane_bits(int16 mask) {
   const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
@@ -111,6 +117,7 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define HS_FLOAT_LANE(v, i) (v)
 #define HS_SET_LANE(v, i) ((v) = -1)
 #define v_min(v) (v)
+#define v_sum(v) (v)
 #define lane_count(mask) ((mask) != 0)
 #define lane_bits(mask) ((uint)((mask) != 0))
 // A loop of no or one step: over the work-item's own texel, if it lies between.

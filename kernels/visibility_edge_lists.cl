@@ -38,6 +38,7 @@ typedef struct {
 // the rasterizer snaps vertices to a 256th, and the rounding of coordinates.
 HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
                                  __global const float4* normal, float3* n_ls) {
+  const float px_at_1 = sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz));
   float3 p;
   float error;
   if (view.has_depth) {
@@ -45,15 +46,16 @@ HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global
     p = z * (view.ray0.xyz + (float)(pixel % view.width_px) * view.ray_dx.xyz +
              (float)(pixel / view.width_px) * view.ray_dy.xyz) +
         view.origin.xyz;
-    error = z * (sqrt(dot(view.ray_dx.xyz, view.ray_dx.xyz)) * (1.0f / 128.0f) + 0x1p-21f) +
-            fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))) * 0x1p-23f;
+    error = z * (px_at_1 * (1.0f / 128.0f) + 0x1p-21f) + fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))) * 0x1p-23f;
   } else {
     const float4 q = ((__global const float4*)depth_or_position)[pixel];
     const float4 h = (float4)(q.xyz, 1.0f);
     p = (float3)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h));
+    const float3 from_camera = p - view.origin.xyz;
     error =
         (fabs(q.x) + fabs(q.y) + fabs(q.z) + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) + fabs(view.from_world_z.w)) *
-        1e-6f;
+            1e-6f +
+        sqrt(dot(from_camera, from_camera)) * px_at_1 * (1.0f / 128.0f);
   }
   const float3 n = normal[pixel].xyz;
   *n_ls = (float3)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n));

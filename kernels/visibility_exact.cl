@@ -21,6 +21,7 @@ typedef short16 v_short;
 #define v_load_short(p) vload16(0, p)
 #define v_store_short(v, p) vstore16(v, 0, p)
 #define v_short_of convert_short16
+#define v_int_of_short convert_int16
 HS_INLINE int short_lane_count(short16 mask) {
   return lane_count(convert_int16(mask));
 }
@@ -29,6 +30,7 @@ typedef short v_short;
 #define v_load_short(p) (*(p))
 #define v_store_short(v, p) (*(p) = (v))
 #define v_short_of(mask) ((short)-((mask) != 0))
+#define v_int_of_short (int)
 #define short_lane_count(mask) ((mask) != 0)
 #endif
 
@@ -354,13 +356,28 @@ HS_INLINE float2 rotation_of(uint pixel) {
   return (float2)(cos(angle), -sin(angle));
 }
 
+// What the samples in sight, where the count is not above -centre, add to each channel; w = 1.
+HS_INLINE float4 tint_of(const short* counts, int centre, int n, __global const float* weights) {
+  vfloat red = (vfloat)(0.0f), green = red, blue = red;
+  for (int k = 0; k < n; k += HS_LANES) {
+    const vint seen = v_int_of_short(v_load_short(counts + k) + (v_short)((short)centre) <= (v_short)((short)0));
+    red += v_select((vfloat)(0.0f), v_load(weights + k), seen);
+    green += v_select((vfloat)(0.0f), v_load(weights + n + k), seen);
+    blue += v_select((vfloat)(0.0f), v_load(weights + 2 * n + k), seen);
+  }
+  return (float4)((float3)(v_sum(red), v_sum(green), v_sum(blue)) / (float)n, 1.0f);
+}
+
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
+// tints: float4 a pixel of a light with a texture: in xyz, relative to the whole light, how much of each channel is seen, where
+// w = 1; where w = 0 it is as much of each, the visibility. weights: as SampleTable has them.
 // samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinity.
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc,
                             __global const float* depth_or_position, __global const float4* normal,
                             __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
-                            __global const ushort* rank_table, __global const HsBlock* blocks, const uint slot_count,
+                            __global const ushort* rank_table, __global const float* weights, __global float4* tints,
+                            const uint tint_plane, __global const HsBlock* blocks, const uint slot_count,
                             __global const ushort4* rects, __global const uint* triangle_offsets,
                             __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
                             __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
@@ -449,7 +466,11 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
             seen = (float)seen_count / (float)n;
           }
           if (negative) atomic_inc(&status->negative_count);
-          visibility[(size_t)plane * view.width_px * view.height_px + listed[batch_first + first + i]] = seen;
+          const size_t pixels = (size_t)view.width_px * view.height_px, pixel = listed[batch_first + first + i];
+          visibility[plane * pixels + pixel] = seen;
+          if (disc.tinted)
+            tints[tint_plane * pixels + pixel] =
+                walks[i].touched ? tint_of(counts + i * HS_MAX_SAMPLES, centre[i], n, weights) : (float4)(seen, seen, seen, 1.0f);
         }
       }
     }

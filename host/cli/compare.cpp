@@ -163,6 +163,7 @@ std::pair<std::string, std::string> light_metadata(const Light& light) {
   const auto list = [](const glm::dvec3& v) { return Json{v.x, v.y, v.z}; };
   Json json = {
       {"position", list(light.position)}, {"target", list(light.target)}, {"radius", light.radius}, {"cone_deg", light.cone_deg}};
+  if (light.shape == LightShape::rectangle) json["size"] = Json{light.size.x, light.size.y};
   if (light.up) json["up"] = list(*light.up);
   return {"light." + light.name, json.dump()};
 }

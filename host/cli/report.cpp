@@ -15,6 +15,7 @@
 #include "cli/draw_options.hpp"
 #include "commit.hpp"
 #include "image_io.hpp"
+#include "light_view.hpp"
 #include "read_file.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
@@ -363,6 +364,10 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
       });
       std::vector<Measurement> rows;
       for (const Candidate& candidate : all) {
+        const Settings* settings = std::get_if<Settings>(&candidate.how);
+        if (settings != nullptr &&
+            !std::ranges::all_of(scenes[s].lights, [&](const Light& one) { return can_draw(*settings, one); }))
+          continue;  // frames are drawn with all lights
         Measurement& row = rows.emplace_back();
         row.candidate = candidate;
       }
@@ -376,7 +381,7 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
         Json& lights = folder->json()["scenes"][s]["lights"];
         lights.push_back(
             {{"name", light_name},
-             {"radius", scenes[s].lights[light].radius},
+             {"radius", disc_radius(scenes[s].lights[light])},
              {"truth_key", light_case.key},
              {"tree_build_ms", scene.rays().build_ms()},
              {"rays_threads", scene.rays().threads()},
