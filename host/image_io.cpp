@@ -270,4 +270,20 @@ ExrImage read_exr(const std::filesystem::path& path) {
   return image;
 }
 
+std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::path& path) {
+  const ExrImage image = read_exr(path);
+  const auto channel = [&](const char* name) -> const std::vector<float>& {
+    const auto found = image.channels.find(name), grey = image.channels.find("Y");
+    if (found != image.channels.end()) return found->second;
+    if (grey != image.channels.end()) return grey->second;
+    throw InputError(fmt::format("{}: expected the channels R, G and B, or Y (there is no {})", path.string(), name));
+  };
+  const auto texture = std::make_shared<LightTexture>();
+  texture->name = path.filename().string();
+  texture->resolution = image.resolution;
+  const std::vector<float>&red = channel("R"), &green = channel("G"), &blue = channel("B");
+  for (std::size_t i = 0; i < red.size(); ++i) texture->texels.emplace_back(red[i], green[i], blue[i]);
+  return texture;
+}
+
 }  // namespace halfshade

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -46,6 +47,9 @@ struct ExrImage {
 
 /// Reads every pixel of an EXR file. Throws InputError for what is not a whole EXR file.
 ExrImage read_exr(const std::filesystem::path& path);
+
+/// A light's texture from an EXR file with channels R, G and B, or Y alone. Throws InputError.
+std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::path& path);
 
 /// Writes a file so that it appears whole or not at all. Throws InputError where the folder does not let it be made, DeviceError
 /// where writing fails.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "light_view.hpp"
+
 namespace halfshade {
 namespace {
 
@@ -20,6 +22,57 @@ glm::dvec2 disc_of_square(double x, double y) {
   const double angle = 2.0 * quarter - quarter * (a / b);
   return b * glm::dvec2(std::cos(angle), std::sin(angle));
 }
+
+/// n stratified points of the unit square, in the order that disc_samples tells of.
+std::vector<glm::dvec2> square_samples(unsigned n, std::uint32_t pattern_seed) {
+  if (n == 1) return {glm::dvec2(0.5)};
+  // Rows as high as they hold cells, so that every cell has the same area whatever n.
+  const auto rows = static_cast<unsigned>(std::sqrt(static_cast<double>(n)));
+  struct Cell {
+    unsigned order;
+    glm::dvec2 sample;
+  };
+  std::vector<Cell> cells;
+  const bool in_blocks = rows * rows == n && rows % 4 == 0;
+  for (unsigned row = 0, first = 0; row < rows; ++row) {
+    const unsigned last = n * (row + 1) / rows, columns = last - first;
+    for (unsigned column = 0; column < columns; ++column) {
+      const std::uint32_t seed = hash_of((first + column + 0x9e3779b9u * n) ^ hash_of(pattern_seed));
+      const double x = (column + unit_of(hash_of(seed))) / columns;
+      const double y = (first + unit_of(hash_of(seed ^ 0x85ebca6bu)) * columns) / n;
+      const unsigned order = in_blocks ? ((row / 4 * rows / 4 + column / 4) * 4 + row % 4) * 4 + column % 4 : first + column;
+      cells.push_back({order, {x, y}});
+    }
+    first = last;
+  }
+  std::vector<glm::dvec2> samples(n);
+  for (const Cell& cell : cells) samples[cell.order] = cell.sample;
+  return samples;
+}
+
+double luminance(const glm::vec3& color) {  // Rec. 709
+  return 0.2126 * color.r + 0.7152 * color.g + 0.0722 * color.b;
+}
+
+/// A distribution that is constant on equal steps of 0..1.
+class Steps {
+ public:
+  explicit Steps(const std::vector<double>& densities) {
+    for (const double density : densities) sums_.push_back(sums_.back() + density);
+  }
+  double total() const { return sums_.back(); }
+  /// Takes equal parts of 0..1 to parts of equal weight. `step` is where it lands, never one of density 0.
+  double place(double x, std::size_t& step) const {
+    const double at = x * total();
+    step = static_cast<std::size_t>(std::upper_bound(sums_.begin() + 1, sums_.end() - 1, at) - sums_.begin()) - 1;
+    while (step > 0 && sums_[step + 1] == sums_[step]) --step;
+    const double width = sums_[step + 1] - sums_[step];
+    return (static_cast<double>(step) + std::clamp((at - sums_[step]) / width, 0.0, 1.0)) / static_cast<double>(sums_.size() - 1);
+  }
+
+ private:
+  std::vector<double> sums_{0.0};
+};
 
 /// As turn_of in kernels/visibility_exact.cl, in the same precision.
 float turn_of(float x, float y) {
@@ -40,39 +93,59 @@ double unit_of(std::uint32_t hash) {
 }
 
 std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t pattern_seed) {
-  if (n == 1) return {glm::dvec2(0.0)};
-  // Rows as high as they hold cells, so that every cell has the same area whatever n.
-  const auto rows = static_cast<unsigned>(std::sqrt(static_cast<double>(n)));
-  struct Cell {
-    unsigned order;
-    glm::dvec2 sample;
-  };
-  std::vector<Cell> cells;
-  const bool in_blocks = rows * rows == n && rows % 4 == 0;
-  for (unsigned row = 0, first = 0; row < rows; ++row) {
-    const unsigned last = n * (row + 1) / rows, columns = last - first;
-    for (unsigned column = 0; column < columns; ++column) {
-      const std::uint32_t seed = hash_of((first + column + 0x9e3779b9u * n) ^ hash_of(pattern_seed));
-      const double x = (column + unit_of(hash_of(seed))) / columns;
-      const double y = (first + unit_of(hash_of(seed ^ 0x85ebca6bu)) * columns) / n;
-      const unsigned order = in_blocks ? ((row / 4 * rows / 4 + column / 4) * 4 + row % 4) * 4 + column % 4 : first + column;
-      cells.push_back({order, disc_of_square(x, y)});
-    }
-    first = last;
-  }
-  std::vector<glm::dvec2> samples(n);
-  for (const Cell& cell : cells) samples[cell.order] = cell.sample;
+  std::vector<glm::dvec2> samples = square_samples(n, pattern_seed);
+  for (glm::dvec2& sample : samples) sample = disc_of_square(sample.x, sample.y);
   return samples;
 }
 
-SampleTable sample_table(const std::vector<glm::dvec2>& points) {
+LightPoints light_points(const Light& light, unsigned n, std::uint32_t seed) {
+  if (light.shape == LightShape::disc) return {disc_samples(n, seed), {}};
+  const double radius = disc_radius(light);
+  const glm::dvec2 half_size = radius > 0.0 ? light.size / (2.0 * radius) : glm::dvec2(0.0);
+  LightPoints result{square_samples(n, seed), {}};
+  if (light.texture) {
+    const LightTexture& texture = *light.texture;
+    std::vector<Steps> columns;
+    std::vector<double> totals, row(texture.resolution.x);
+    for (unsigned y = 0; y < texture.resolution.y; ++y) {
+      for (unsigned x = 0; x < texture.resolution.x; ++x)
+        row[x] = luminance(texture.texels[std::size_t{y} * texture.resolution.x + x]);
+      columns.emplace_back(row);
+      totals.push_back(columns.back().total());
+    }
+    const Steps rows(totals);
+    glm::dvec3 sum(0.0);
+    for (glm::dvec2& point : result.points) {
+      std::size_t x = 0, y = 0;
+      const double down = rows.place(point.y, y), along = columns[y].place(point.x, x);
+      const glm::vec3 color = texture.texels[y * texture.resolution.x + x];
+      result.weights.push_back(color / static_cast<float>(luminance(color)));
+      sum += glm::dvec3(result.weights.back());
+      point = {along, 1.0 - down};
+    }
+    for (glm::vec3& weight : result.weights)
+      for (int c = 0; c < 3; ++c) weight[c] = sum[c] > 0.0 ? static_cast<float>(weight[c] * n / sum[c]) : 0.0f;
+  }
+  for (glm::dvec2& point : result.points) point = (2.0 * point - 1.0) * half_size;
+  return result;
+}
+
+glm::dvec3 mean_color(const Light& light) {
+  if (!light.texture) return glm::dvec3(1.0);
+  glm::dvec3 sum(0.0);
+  for (const glm::vec3& texel : light.texture->texels) sum += glm::dvec3(texel);
+  return sum / static_cast<double>(light.texture->texels.size());
+}
+
+SampleTable sample_table(const LightPoints& points) {
   struct Sample {
     float x, y, turn;
+    glm::vec3 weight;
   };
   std::vector<Sample> sorted;
-  for (const glm::dvec2& p : points) {
-    const auto x = static_cast<float>(p.x), y = static_cast<float>(p.y);
-    sorted.push_back({x, y, turn_of(x, y)});
+  for (std::size_t i = 0; i < points.points.size(); ++i) {
+    const auto x = static_cast<float>(points.points[i].x), y = static_cast<float>(points.points[i].y);
+    sorted.push_back({x, y, turn_of(x, y), points.weights.empty() ? glm::vec3(1.0f) : points.weights[i]});
   }
   std::sort(sorted.begin(), sorted.end(), [](const Sample& a, const Sample& b) { return a.turn < b.turn; });
 
@@ -88,6 +161,9 @@ SampleTable sample_table(const std::vector<glm::dvec2>& points) {
     table.rank.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
   }
   table.samples.push_back(std::numeric_limits<float>::infinity());
+  if (!points.weights.empty())
+    for (int c = 0; c < 3; ++c)
+      for (const Sample& s : sorted) table.weights.push_back(s.weight[c]);
   return table;
 }
 

@@ -5,6 +5,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "halfshade/halfshade.hpp"
+
 namespace halfshade {
 
 /// O'Neill's PCG output permutation as a hash of one word. kernels/visibility_exact.cl has the same.
@@ -18,14 +20,29 @@ double unit_of(std::uint32_t hash);
 /// jitter.
 std::vector<glm::dvec2> disc_samples(unsigned n, std::uint32_t seed = 0);
 
+/// Points of a light.
+struct LightPoints {
+  std::vector<glm::dvec2> points;  ///< along the light's right and up, in units of its disc_radius
+  /// Of a textured light: what each point adds to each channel of the colour, 1 on average; else empty.
+  std::vector<glm::vec3> weights;
+};
+
+/// n stratified points that stand for as much luminance each: disc_samples of a disc; the same strata on a rectangle, of a
+/// textured one pulled to where it is bright (by rows, then along them). n = 1 of what has no texture is the centre.
+LightPoints light_points(const Light& light, unsigned n, std::uint32_t seed = 0);
+
+/// The mean of a light's texture; 1 without.
+glm::dvec3 mean_color(const Light& light);
+
 /// Samples as kernels/visibility_exact.cl reads them.
 struct SampleTable {
   std::vector<float> samples;       ///< x of all, y of all, turns of all (ascending), then infinity, where a search ends
   std::vector<std::uint16_t> rank;  ///< rank[i]: samples with a turn below i / per_turn; the search goes on from there
   float per_turn = 0.0f;            ///< table entries a quarter turn
+  std::vector<float> weights;       ///< red of all, green of all, blue of all; empty where the points have none
 };
 
 /// Sorts points by angle and builds the table that finds an angle's rank among them.
-SampleTable sample_table(const std::vector<glm::dvec2>& points);
+SampleTable sample_table(const LightPoints& points);
 
 }  // namespace halfshade

@@ -7,6 +7,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "light_samples.hpp"
+
 namespace halfshade {
 
 // Host and device must agree about every struct (a test asks the device for its own sizes).
@@ -20,7 +22,7 @@ static_assert(sizeof(HsStatus) == 16);
 static_assert(sizeof(HsReceiverView) == 176 && offsetof(HsReceiverView, width_px) == 144);
 static_assert(sizeof(HsShadeLight) == 96);
 static_assert(sizeof(HsEdge) == 64);
-static_assert(sizeof(HsDisc) == 32);
+static_assert(sizeof(HsDisc) == 36);
 
 namespace {
 
@@ -160,7 +162,8 @@ Frustum directional_frustum(const Light& light, double horizon, double unit) {
 }
 
 double disc_radius(const Light& light) {
-  return light.type == LightType::directional ? std::tan(glm::radians(light.angular_radius_deg)) : light.radius;
+  if (light.type == LightType::directional) return std::tan(glm::radians(light.angular_radius_deg));
+  return light.shape == LightShape::rectangle ? glm::length(light.size) / 2.0 : light.radius;
 }
 
 HsView camera_view(const Camera& camera, unsigned tile_px) {
@@ -328,21 +331,24 @@ static double ball_sample_radius(double part) {
 }
 
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count) {
-  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  const double distance = disc_radius(light) * std::sqrt((index + 0.5) / count), angle = golden_angle * index;
+  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0)), angle = golden_angle * index;
+  if (light.type != LightType::point)
+    return light_at_point(light, fitted, std::sqrt((index + 0.5) / count) * glm::dvec2(std::cos(angle), std::sin(angle)));
+  // Of density 1 / sqrt(R^2 - r^2), whose sum along any line through the ball is the same.
+  const double height = 1.0 - (2.0 * index + 1.0) / count, width = std::sqrt(1.0 - height * height);
+  Light point = light;
+  point.position += light.radius * ball_sample_radius(std::fmod((index + 0.5) * std::numbers::sqrt2, 1.0)) *
+                    glm::dvec3(width * std::cos(angle), height, width * std::sin(angle));
+  point.radius = 0.0;
+  return point;
+}
+
+Light light_at_point(const Light& light, const LightView& fitted, const glm::dvec2& at) {
+  const double radius = disc_radius(light);
   const glm::dmat4 light_from_world = light_axes(light);
   const glm::dvec3 up = row_of(light_from_world, 1);
-  const glm::dvec3 offset = row_of(light_from_world, 0) * (distance * std::cos(angle)) + up * (distance * std::sin(angle));
+  const glm::dvec3 offset = radius * (row_of(light_from_world, 0) * at.x + up * at.y);
   Light point = light;
-  if (light.type == LightType::point) {
-    // Of density 1 / sqrt(R^2 - r^2), whose mean along any line through the ball is the same.
-    const double height = 1.0 - (2.0 * index + 1.0) / count;
-    const glm::dvec3 direction(std::sqrt(1.0 - height * height) * std::cos(angle), height,
-                               std::sqrt(1.0 - height * height) * std::sin(angle));
-    point.position += direction * (light.radius * ball_sample_radius(std::fmod((index + 0.5) * std::numbers::sqrt2, 1.0)));
-    point.radius = 0.0;
-    return point;
-  }
   // A point s of the sun's disc is where direction -(s, -1) leads.
   point.direction = row_of(light_from_world, 2) - offset;
   point.angular_radius_deg = 0.0;
@@ -350,7 +356,9 @@ Light light_sample(const Light& light, const LightView& fitted, unsigned index, 
   point.target += offset;
   point.up = up;
   point.radius = 0.0;
-  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + light.radius / fitted.znear));
+  point.shape = LightShape::disc;
+  point.texture.reset();
+  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + radius / fitted.znear));
   return point;
 }
 
@@ -415,7 +423,8 @@ HsShadeLight shade_light(const Camera& camera, const Light& light) {
   const glm::dmat4 light_from_world = light_axes(faces_of(light).front());
   HsShadeLight shade{};
   shade.position_ws = is_sun ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
-  shade.color = float4_of(glm::dvec3(light.color) * light.intensity);
+  shade.color = float4_of(glm::dvec3(light.color) * light.intensity * mean_color(light));
+  shade.tint_plane = -1;
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));
   shade.from_camera_y = float4_of(row_of(light_from_world, 1));
   shade.from_camera_z = float4_of(row_of(light_from_world, 2));

@@ -60,7 +60,8 @@ Frustum light_frustum(const Light& light);
 /// that casts or receives must lie before z = horizon.
 Frustum directional_frustum(const Light& light, double horizon, double unit);
 
-/// The radius of the light's disc in its own space, R of the penumbra's half-width: 0 for hard shadows.
+/// The radius of the disc about the light's centre that holds all of it, in the light's own space: R of the penumbra's
+/// half-width. 0 for hard shadows.
 double disc_radius(const Light& light);
 
 /// The camera's view on its pixel grid of `tile_px` tiles.
@@ -76,6 +77,9 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
 /// area, turned from one to the next by the golden angle; of a ball so that they fill its disc evenly from wherever it is seen.
 /// A spot's cone holds all that can lie in the light's own behind the nearest caster.
 Light light_sample(const Light& light, const LightView& fitted, unsigned index, unsigned count);
+
+/// The same for a given point, in units of disc_radius along the light's right and up.
+Light light_at_point(const Light& light, const LightView& fitted, const glm::dvec2& point);
 
 /// A view whose map is the light's whole cone, to ask where receivers lie but not for what casts on them.
 HsView whole_cone_view(const LightView& fitted);

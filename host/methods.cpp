@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::array<MethodInfo, 8> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
-     Falloff::linear},
+     Falloff::linear, true},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
-     "Reeves, Salesin & Cook 1987", "light-res pcf-filter", Falloff::linear, Falloff::linear},
+     "Reeves, Salesin & Cook 1987", "light-res pcf-filter", Falloff::linear, Falloff::linear, true},
     {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
      "Chan & Durand 2003", "light-res smoothie-width falloff faithful", Falloff::sine, Falloff::sine},
     {Method::penumbra_maps, "penumbra-maps", "outer penumbra from cones and sheets at the silhouettes, darkest wins",
@@ -22,10 +22,10 @@ constexpr std::array<MethodInfo, 8> method_table{{
     {Method::layered_fins, "layered-fins", "the same, layer by layer of depth: casters below one another", "Cai et al. 2006",
      "light-res layers falloff faithful", Falloff::disc, Falloff::bernstein},
     {Method::light_samples, "light-samples", "the mean of hard shadows from points of the light", "Heckbert & Herf 1997",
-     "light-res samples", Falloff::linear, Falloff::linear},
+     "light-res samples", Falloff::linear, Falloff::linear, true},
     {Method::exact, "exact",
      "the light's sample points counted as rays would, by crossings of silhouettes; no artefacts but noise", "halfshade",
-     "light-res samples sample-pattern alias-free", Falloff::linear, Falloff::linear},
+     "light-res samples sample-pattern alias-free", Falloff::linear, Falloff::linear, true},
 }};
 
 constexpr std::array<std::string_view, 4> falloff_names{"linear", "bernstein", "sine", "disc"};
@@ -52,6 +52,14 @@ std::string_view name_of(Method method) {
 
 unsigned chosen_samples(const Settings& settings) {
   return settings.samples.value_or(settings.method == Method::exact ? 256 : 64);
+}
+
+bool can_draw(const Settings& settings, const Light& light) {
+  // A smoothie's width is of the light's cone.
+  if (light.type == LightType::directional && settings.method == Method::smoothies && settings.smoothie_width > 0.0) return false;
+  if (light.shape == LightShape::disc) return true;
+  const bool turned = settings.method == Method::exact && settings.sample_pattern == SamplePattern::rotated;
+  return info_of(settings.method).any_shape && !turned;
 }
 
 Falloff chosen_falloff(const Settings& settings) {

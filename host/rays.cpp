@@ -331,19 +331,20 @@ std::vector<float> trace_visibility(const RayScene& scene, const Light& light, c
   std::vector<float> visibility(receivers.kinds.size());
   for (std::size_t i = 0; i < visibility.size(); ++i) visibility[i] = receivers.kinds[i] == PixelKind::away ? 0.0f : 1.0f;
   // All samples of a point are one.
-  const bool is_point = disc_radius(light) <= 0.0;
+  const bool is_point = disc_radius(light) <= 0.0, turns = settings.rotate && light.shape == LightShape::disc;
   const Pattern first = pattern_of(is_point                   ? disc_samples(1)
-                                   : settings.pattern.empty() ? disc_samples(settings.samples, settings.seed)
+                                   : settings.pattern.empty() ? light_points(light, settings.samples, settings.seed).points
                                                               : settings.pattern);
-  const Pattern more = pattern_of(is_point || settings.more_samples == 0 ? std::vector<glm::dvec2>()
-                                                                         : disc_samples(settings.more_samples, settings.seed));
+  const Pattern more =
+      pattern_of(is_point || settings.more_samples == 0 ? std::vector<glm::dvec2>()
+                                                        : light_points(light, settings.more_samples, settings.seed).points);
   const Disc disc = disc_of(light, scene.origin_ws());
 
   constexpr std::size_t chunk = 1024;
   const std::size_t count = receivers.pixels.size();
   std::atomic<std::size_t> next{0};
   const auto work = [&](bool reports) {
-    Tracer tracer(scene, disc, receivers, settings.rotate ? std::optional(settings.seed) : std::nullopt);
+    Tracer tracer(scene, disc, receivers, turns ? std::optional(settings.seed) : std::nullopt);
     std::array<unsigned, chunk> lit;
     for (std::size_t begin; (begin = next.fetch_add(chunk)) < count;) {
       if (reports && progress) progress(static_cast<double>(begin) / static_cast<double>(count));
@@ -384,6 +385,7 @@ std::string truth_key(const Scene& scene, const RayScene& rays, const Light& lig
   }
   hasher.add(disc_of(light, rays.origin_ws()));
   hasher.add(samples);
+  if (light.shape != LightShape::disc) hasher.add(std::span<const glm::dvec2>(light_points(light, samples, truth_seed).points));
   hasher.add(receivers.resolution);
   hasher.add(std::span<const PixelKind>(receivers.kinds));
   hasher.add(std::span<const glm::vec3>(receivers.origins));

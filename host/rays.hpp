@@ -57,15 +57,16 @@ struct RaySettings {
   unsigned samples = 16;
   /// 0: all samples for every pixel. Otherwise `samples` first, and this many more where those disagree.
   unsigned more_samples = 0;
-  /// Turns the pattern by another angle at every pixel, so that its error is noise. Without, every pixel has the same samples.
+  /// Turns the pattern by another angle at every pixel, so that its error is noise. Without, every pixel has the same samples, as
+  /// have lights that are not discs.
   bool rotate = true;
   /// Of jitter and turns. The truth has one of its own: a rival with its samples would look better than it is.
   std::uint32_t seed = 0;
-  /// Samples of the unit disc (light space x, y) instead of disc_samples(samples). `samples` is then ignored.
+  /// Samples (light space x, y in units of disc_radius) instead of light_points(light, samples). `samples` is then ignored.
   std::vector<glm::dvec2> pattern = {};
 };
 
-/// The fraction of the light's disc that each receiver sees: 1 for ignored pixels, 0 for those turned away. `progress`, if given,
+/// The fraction of the light that each receiver sees: 1 for ignored pixels, 0 for those turned away. `progress`, if given,
 /// is called with the fraction done, from the calling thread.
 std::vector<float> trace_visibility(const RayScene& scene, const Light& light, const RayReceivers& receivers,
                                     const RaySettings& settings, const std::function<void(double)>& progress = {});

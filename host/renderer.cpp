@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "device_impl.hpp"
@@ -230,10 +231,19 @@ struct LightCounters {
   cl_uint padding[2];
 };
 
-/// Sample points of a disc on the device (SampleTable).
-struct DiscSamples {
-  cl::Buffer samples, rank;
+/// A light's sample points on the device (SampleTable).
+struct LightSamples {
+  cl::Buffer samples, rank, weights;
   float per_turn = 0.0f;
+};
+
+/// What a light's sample points depend on.
+using LightSamplesKey = std::tuple<unsigned, LightShape, double, double, std::shared_ptr<const LightTexture>>;
+
+/// Where the colour of a textured light is counted.
+struct Tints {
+  cl::Buffer buffer = {};
+  cl_int plane = -1;  ///< -1: not
 };
 
 }  // namespace
@@ -253,11 +263,11 @@ struct Renderer::State {
   Bins triangle_bins, feature_bins;
   GrowingBuffer planes, disc_sides, disc_edges, tile_far, receivers, tile_queue;
   Bins receiver_bins;
-  std::map<unsigned, DiscSamples> disc_samples_of;  ///< by their number
+  std::map<LightSamplesKey, LightSamples> light_samples;
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, fins, tile_near_fins;
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, near_layers, other_casters, layer_receivers, illuminances,
       strip_rects;  // of layered fins
-  GrowingBuffer depth, normal, face, visibility, rgb;
+  GrowingBuffer depth, normal, face, visibility, rgb, tints;
   GrowingBuffer counters;  // LightCounters a face
 
   std::string label;                                     ///< whose stages are being timed
@@ -443,13 +453,13 @@ struct Renderer::State {
   /// (visibility_exact.cl).
   void draw_exact(const LightView& fitted, const Light& light, const Settings& settings, const HsReceiverView& receiver,
                   const GBuffer& gbuffer, const cl::Buffer& depth_or_position, const cl::Buffer& normals, const cl::Buffer& out,
-                  cl_uint plane) {
+                  cl_uint plane, const Tints& tinting) {
     const DrawList list =
         draw_list(*device, resident, placed, fitted.view, fitted.frustum.view_from_world, fitted.casters, fitted.casters);
     const HsView& view = list.view;
     const cl_uint tiles = tiles_of(view);
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
-    const DiscSamples& samples = samples_of(chosen_samples(settings));
+    const LightSamples& samples = samples_of(light, chosen_samples(settings));
     HsDisc disc{};
     disc.radius = static_cast<float>(disc_radius(light));
     disc.ball = light.type == LightType::point;
@@ -462,6 +472,7 @@ struct Renderer::State {
     disc.table_per_turn = samples.per_turn;
     disc.sample_count = chosen_samples(settings);
     disc.rotated = settings.sample_pattern == SamplePattern::rotated;
+    disc.tinted = tinting.plane >= 0;
 
     // A cut for every triangle that passes through the light's plane, at worst.
     const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
@@ -500,20 +511,25 @@ struct Renderer::State {
     const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
     launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,
            depth_or_position, normals, shadow_map.get(), disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(),
-           feature_bins.capacity, samples.samples, samples.rank, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+           feature_bins.capacity, samples.samples, samples.rank, samples.weights, tinting.buffer,
+           static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
            triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
            resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), receiver_bins.offsets.get(),
            receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
   }
 
-  const DiscSamples& samples_of(unsigned count) {
-    auto found = disc_samples_of.find(count);
-    if (found == disc_samples_of.end()) {
-      const SampleTable table = sample_table(disc_samples(count));
-      found = disc_samples_of
-                  .emplace(count, DiscSamples{buffer_of(*device, table.samples, "samples"),
-                                              buffer_of(*device, table.rank, "samples"), table.per_turn})
-                  .first;
+  const LightSamples& samples_of(const Light& light, unsigned count) {
+    const bool is_disc = light.shape == LightShape::disc;
+    const LightSamplesKey key{count, light.shape, is_disc ? 0.0 : light.size.x, is_disc ? 0.0 : light.size.y, light.texture};
+    auto found = light_samples.find(key);
+    if (found == light_samples.end()) {
+      if (light_samples.size() > 64) light_samples.clear();  // sizes that are animated
+      const SampleTable table = sample_table(light_points(light, count));
+      found =
+          light_samples
+              .emplace(key, LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"),
+                                         buffer_of(*device, table.weights, "samples"), table.per_turn})
+              .first;
     }
     return found->second;
   }
@@ -592,13 +608,17 @@ struct Renderer::State {
 
   /// Shadow map after shadow map, each from another point of the light; `out` counts those that see a pixel, then holds the mean.
   void draw_samples(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& depth_or_position,
-                    const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
-    const bool has_depth = gbuffer.depth != nullptr;
-    const cl_uint count = chosen_samples(settings);
+                    const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane, const Tints& tinting) {
+    const bool has_depth = gbuffer.depth != nullptr, tinted = tinting.plane >= 0;
+    const cl_uint count = chosen_samples(settings), tint_plane = static_cast<cl_uint>(std::max(0, tinting.plane));
+    const auto& [index, as, centre] = faces_of_light(light).front();
+    const LightPoints points = as.shape == LightShape::disc ? LightPoints{} : light_points(as, count);
     fill_plane(out, plane, 0.0f);
-    const LightView& centre = faces_of_light(light).front().fitted;
     for (cl_uint i = 0; i < count; ++i) {
-      const std::vector<Light> samples = faces_of(light_sample(faces_of_light(light).front().as, centre, i, count));
+      const std::vector<Light> samples =
+          faces_of(points.points.empty() ? light_sample(as, centre, i, count) : light_at_point(as, centre, points.points[i]));
+      const glm::vec3 channels = points.weights.empty() ? glm::vec3(1.0f) : points.weights[i];
+      const cl_float4 weight{{channels.r, channels.g, channels.b, tinted ? 1.0f : 0.0f}};
       for (std::size_t face = 0; face < samples.size(); ++face) {
         const Light& sample = samples[face];
         const LightView from = fit_light_view(sample, placed, settings.light_resolution_px, device->tile_px);
@@ -607,13 +627,14 @@ struct Renderer::State {
         HsReceiverView view = receiver_view(scene.camera, sample, from, has_depth);
         if (!view.is_face) view.tan_half_cone = HS_EMPTY_Z;  // the cone is the centre's, see the end
         launch_pixels("receive_sample", gbuffer.resolution, from.view, view, depth_or_position, normals, shadow_map.get(), casts,
-                      out, plane);
+                      weight, tinting.buffer, tint_plane, out, plane);
         if (i + 1 == count) keep_counters(faces_of_light(light)[face], from, settings);
       }
     }
     for (const LightFace& face : faces_of_light(light))
       launch_pixels("receive_samples_end", gbuffer.resolution, whole_cone_view(face.fitted),
-                    receiver_view(scene.camera, face.as, face.fitted, has_depth), depth_or_position, normals, count, out, plane);
+                    receiver_view(scene.camera, face.as, face.fitted, has_depth), depth_or_position, normals, count,
+                    static_cast<cl_uint>(tinted), tinting.buffer, tint_plane, out, plane);
   }
 
   void fill_plane(const cl::Buffer& out, cl_uint plane, float value) {
@@ -626,9 +647,20 @@ struct Renderer::State {
     return {first, last};
   }
 
+  /// A plane of tints for each light with a texture, of no own tint yet. Returns their numbers, -1 for lights without.
+  std::vector<cl_int> make_tints(std::size_t pixels) {
+    std::vector<cl_int> planes;
+    cl_int count = 0;
+    for (const Light& light : scene.lights) planes.push_back(light.texture ? count++ : -1);
+    if (count == 0) return planes;
+    const std::size_t bytes = static_cast<std::size_t>(count) * pixels * sizeof(cl_float4);
+    zero(tints.at_least(*device, bytes, "tints of textured lights"), bytes);
+    return planes;
+  }
+
   /// Every pass of one light over a G-buffer.
-  void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& out,
-                       cl_uint plane) {
+  void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& out, cl_uint plane,
+                       const Tints& tinting = {}) {
     const std::span<LightFace> own = faces_of_light(light);
     for (LightFace& face : own) face.fitted = fit_light_view(face.as, placed, settings.light_resolution_px, device->tile_px);
     label = scene.lights[light].name;
@@ -638,13 +670,14 @@ struct Renderer::State {
         disc_radius(scene.lights[light]) > 0.0) {
       const bool has_depth = gbuffer.depth != nullptr;
       draw_samples(gbuffer, light, settings, cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
-                   cl::Buffer(gbuffer.normal, true), out, plane);
+                   cl::Buffer(gbuffer.normal, true), out, plane, tinting);
     } else {
-      for (const LightFace& face : own) draw_face(gbuffer, face, settings, out, plane);
+      for (const LightFace& face : own) draw_face(gbuffer, face, settings, out, plane, tinting);
     }
   }
 
-  void draw_face(const GBuffer& gbuffer, const LightFace& face, const Settings& settings, const cl::Buffer& out, cl_uint plane) {
+  void draw_face(const GBuffer& gbuffer, const LightFace& face, const Settings& settings, const cl::Buffer& out, cl_uint plane,
+                 const Tints& tinting) {
     const Light& light = face.as;
     const LightView& fitted = face.fitted;
     const bool exact = settings.method == Method::exact && !fitted.casters.empty();
@@ -657,7 +690,7 @@ struct Renderer::State {
       launch_pixels(kernel, gbuffer.resolution, fitted.view, view, depth_or_position, normals, args..., out, plane);
     };
     if (exact)
-      draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane);
+      draw_exact(fitted, light, settings, view, gbuffer, depth_or_position, normals, out, plane, tinting);
     else if (!casts)
       receive("receive_all");
     else if (settings.method == Method::pcf)
@@ -691,16 +724,20 @@ struct Renderer::State {
                                          row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
   }
 
-  void draw_shade(const GBuffer& gbuffer, const cl::Buffer& planes, const cl::Buffer& out) {
+  /// `tint_planes`: of each light, -1 for none; empty: of none.
+  void draw_shade(const GBuffer& gbuffer, const cl::Buffer& planes, const cl::Buffer& out,
+                  const std::vector<cl_int>& tint_planes = {}) {
     label = "camera";
     std::vector<HsShadeLight> lights;
     for (const Light& light : scene.lights) lights.push_back(shade_light(scene.camera, light));
+    for (std::size_t i = 0; i < tint_planes.size(); ++i) lights[i].tint_plane = tint_planes[i];
     const cl_float4 ambient{{scene.ambient.x, scene.ambient.y, scene.ambient.z, 0.0f}};
     const bool has_depth = gbuffer.depth != nullptr, has_colors = gbuffer.base_color != nullptr;
     launch_pixels("shade", gbuffer.resolution, static_cast<cl_uint>(lights.size()), buffer_of(*device, lights, "lights"), ambient,
                   shade_view(scene.camera, has_depth), cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
                   cl::Buffer(gbuffer.normal, true), has_colors ? cl::Buffer(gbuffer.base_color, true) : cl::Buffer(),
-                  has_colors ? cl::Buffer() : cl::Buffer(gbuffer.face, true), resident.face_meshes, materials, planes, out);
+                  has_colors ? cl::Buffer() : cl::Buffer(gbuffer.face, true), resident.face_meshes, materials, planes,
+                  tints.get(), out);
   }
 
   // ------------------------------------------------------------------------------------------------------------- checks
@@ -727,10 +764,23 @@ struct Renderer::State {
   }
 
   static void check(const Settings& settings, const Light& light, std::string_view caller) {
-    if (settings.method == Method::smoothies && settings.smoothie_width > 0.0 && light.type == LightType::directional)
+    if (can_draw(settings, light)) return;
+    if (light.type == LightType::directional)
       throw InputError(
           fmt::format("{}: smoothie width {}: it is of a light's cone, and light '{}' is directional; use 0 (from its radius)",
                       caller, settings.smoothie_width, light.name));
+    if (!info_of(settings.method).any_shape)
+      throw InputError(fmt::format("{}: light '{}' is a rectangle: method {} knows discs alone; choose {}", caller, light.name,
+                                   name_of(settings.method), methods_of_any_shape()));
+    throw InputError(fmt::format("{}: light '{}' is a rectangle: expected the sample pattern 'fixed', only discs can be turned",
+                                 caller, light.name));
+  }
+
+  static std::string methods_of_any_shape() {
+    std::string names;
+    for (const MethodInfo& info : methods())
+      if (info.any_shape) names += fmt::format("{}{}", names.empty() ? "" : ", ", info.name);
+    return names;
   }
 
   void check(const GBuffer& gbuffer, std::string_view caller) const {
@@ -869,9 +919,11 @@ void Renderer::render(const Settings& settings) {
     s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
 
     const GBuffer gbuffer = s.draw_gbuffer();
+    const std::vector<cl_int> tint_planes = s.make_tints(pixels);
     for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
-      s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light));
-    s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get());
+      s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light),
+                        {s.tints.get(), tint_planes[light]});
+    s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get(), tint_planes);
     s.timing = false;
     s.device->cl_queue.finish();
     s.rendered = settings;

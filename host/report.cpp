@@ -224,6 +224,12 @@ std::uint32_t ReportScene::triangle_count() {
   return renderer_.stats().triangles;
 }
 
+std::optional<std::uint32_t> ReportScene::negative_pixels(const LightCase& light_case, const Candidate& candidate) {
+  const Settings* settings = std::get_if<Settings>(&candidate.how);
+  if (settings == nullptr || settings->method != Method::exact) return {};
+  return renderer_.stats().lights.at(light_case.light).negative_pixels;
+}
+
 LightCase ReportScene::light_case(std::size_t light, const TruthCache& cache, unsigned truth_samples,
                                   const std::function<void(double)>& progress) {
   const std::size_t pixels = std::size_t{scene_.camera.resolution.x} * scene_.camera.resolution.y;

@@ -47,6 +47,7 @@ struct Measurement {
   std::vector<double> times_ms;   ///< of warm runs: from meshes and G-buffer on the device to the finished plane
   std::vector<StageTime> stages;  ///< median of each pass, from OpenCL events; none for rays
   ErrorFigures figures;
+  std::optional<std::uint32_t> negative_pixels;  ///< FrameStats::PerLight::negative_pixels; of method exact alone
 
   std::string picture;  ///< file name of the visibility as 8-bit PNG, in the report's folder
 
@@ -93,6 +94,8 @@ class ReportScene {
   double run(const LightCase& light_case, const Candidate& candidate, std::vector<float>* visibility = nullptr);
   /// Time of each pass of a method for one light, from one whole frame.
   std::vector<StageTime> stage_times(const LightCase& light_case, const Candidate& candidate);
+  /// Pixels with a negative depth complexity in the frame that stage_times drew last; nothing for candidates that count none.
+  std::optional<std::uint32_t> negative_pixels(const LightCase& light_case, const Candidate& candidate);
   /// The shaded picture with this light's visibility 0 or 1 everywhere, and that of all others 1. Linear.
   std::vector<glm::vec4> shaded(const LightCase& light_case, float visibility);
 

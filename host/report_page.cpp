@@ -79,7 +79,7 @@ std::string report_csv(const Json& report) {
         if (text.empty()) {
           text = "scene,light,method,kind,settings,median_ms,min_ms,cold_ms,repeats";
           for (const auto& [name, value] : result.at("figures").items()) text += "," + name;
-          text += ",pareto,rays_time_at_error_ms,stages_ms\n";
+          text += ",negative_pixels,pareto,rays_time_at_error_ms,stages_ms\n";
         }
         std::string settings, stages;
         for (const auto& [name, value] : result.at("settings").items())
@@ -92,8 +92,8 @@ std::string report_csv(const Json& report) {
                             csv_value(time.at("median")), csv_value(time.at("min")), csv_value(time.at("cold")),
                             time.at("runs").size());
         for (const auto& [name, value] : result.at("figures").items()) text += "," + csv_value(value);
-        text += fmt::format(",{},{},{}\n", csv_value(result.at("pareto")), csv_value(result.at("rays_time_at_error_ms")),
-                            csv_field(stages));
+        text += fmt::format(",{},{},{},{}\n", csv_value(result.at("negative_pixels")), csv_value(result.at("pareto")),
+                            csv_value(result.at("rays_time_at_error_ms")), csv_field(stages));
       }
     }
   }

@@ -25,7 +25,8 @@ using Json = nlohmann::json;
 
 /// What the "type" of a light may be, in the order of LightType, and which keys each has.
 constexpr std::array<std::string_view, 3> light_types{"spot", "directional", "point"};
-constexpr std::string_view spot_keys[] = {"name", "type", "color", "intensity", "position", "target", "up", "radius", "cone_deg"};
+constexpr std::string_view spot_keys[] = {"name", "type",   "color",    "intensity", "position", "target",
+                                          "up",   "radius", "cone_deg", "shape",     "size",     "texture"};
 constexpr std::string_view directional_keys[] = {"name", "type", "color", "intensity", "direction", "up", "angular_radius_deg"};
 constexpr std::string_view point_keys[] = {"name", "type", "color", "intensity", "position", "radius"};
 
@@ -34,6 +35,9 @@ std::span<const std::string_view> light_keys(LightType type) {
   if (type == LightType::point) return point_keys;
   return spot_keys;
 }
+
+/// What its "shape" may be.
+constexpr std::array<std::string_view, 2> light_shapes{"disc", "rectangle"};
 
 constexpr unsigned max_resolution_px = 16384;
 constexpr double max_angle_deg = 175.0;
@@ -155,6 +159,9 @@ class Node {
     } else if constexpr (std::is_same_v<T, glm::uvec2>) {
       const auto parts = items(2, "an array of two whole numbers");
       return {parts[0].as<std::uint32_t>(), parts[1].as<std::uint32_t>()};
+    } else if constexpr (std::is_same_v<T, glm::dvec2>) {
+      const auto parts = items(2, "an array of two numbers");
+      return {parts[0].as<double>(), parts[1].as<double>()};
     } else {
       static_assert(std::is_same_v<T, glm::dvec3> || std::is_same_v<T, glm::vec3>);
       const auto parts = items(3, "an array of three numbers");
@@ -272,7 +279,20 @@ Camera read_camera(const Node& node) {
   return camera;
 }
 
-Light read_light(const Node& node, std::string default_name) {
+std::shared_ptr<const LightTexture> read_light_texture(const Node& node, const std::filesystem::path& folder,
+                                                       const LightTextureReader& read_texture) {
+  const auto path = node.as<std::string>();
+  if (std::ranges::any_of(path, [](unsigned char c) { return c < 0x20; })) node.fail("a path without control characters");
+  if (!read_texture) node.fail("no texture", "; this program reads no pictures");
+  try {
+    return read_texture(folder / path);
+  } catch (const InputError& error) {
+    node.fail(fmt::format("an EXR picture with channels R, G and B, or Y: {}", error.what()));
+  }
+}
+
+Light read_light(const Node& node, std::string default_name, const std::filesystem::path& folder,
+                 const LightTextureReader& read_texture) {
   const auto type = node.object().at("type").as<std::string>();
   const auto found = std::ranges::find(light_types, type);
   if (found == light_types.end())
@@ -293,6 +313,20 @@ Light read_light(const Node& node, std::string default_name) {
   node.read("cone_deg", light.cone_deg);
   node.read("color", light.color);
   node.read("intensity", light.intensity);
+  if (node.has("shape")) {
+    const auto shape = node.at("shape").as<std::string>();
+    if (std::ranges::find(light_shapes, shape) == light_shapes.end())
+      node.at("shape").fail(fmt::format("one of the shapes {}", fmt::join(light_shapes, ", ")), suggestion(shape, light_shapes));
+    if (shape == "rectangle") light.shape = LightShape::rectangle;
+  }
+  if (light.shape == LightShape::rectangle) {
+    node.require("size", light.size);
+    if (node.has("radius")) node.at("radius").fail("no radius of a rectangle", "; leave it out, it has a \"size\"");
+    if (node.has("texture")) light.texture = read_light_texture(node.at("texture"), folder, read_texture);
+  } else {
+    for (const std::string_view key : {"size", "texture"})
+      if (node.has(key)) node.at(key).fail("none for a disc", "; leave it out, or give the light the shape \"rectangle\"");
+  }
   return light;
 }
 
@@ -390,6 +424,9 @@ bool is_finite(const glm::vec<3, T>& v) {
 
 std::string shown(double x) {
   return fmt::format("{}", x);
+}
+std::string shown(const glm::dvec2& v) {
+  return fmt::format("[{}, {}]", v.x, v.y);
 }
 std::string shown(const glm::uvec2& v) {
   return fmt::format("[{}, {}]", v.x, v.y);
@@ -501,6 +538,21 @@ void check_track(const Checker& at, const Track& track, const Scene& scene) {
   }
 }
 
+void check_texture(const Checker& at, const Light& light) {
+  const LightTexture& texture = *light.texture;
+  at.expect(light.shape == LightShape::rectangle, "texture", texture.name, "none for a disc; only a rectangle can have one");
+  at.expect(texture.resolution.x > 0 && texture.resolution.y > 0 && texture.resolution.x <= max_resolution_px &&
+                texture.resolution.y <= max_resolution_px &&
+                texture.texels.size() == std::size_t{texture.resolution.x} * texture.resolution.y,
+            "texture", texture.name, "as many texels as its resolution says, from 1 to 16384 a side");
+  const bool valid = std::ranges::all_of(texture.texels, [](const glm::vec3& t) {
+    return std::isfinite(t.r) && std::isfinite(t.g) && std::isfinite(t.b) && t.r >= 0.0f && t.g >= 0.0f && t.b >= 0.0f;
+  });
+  at.expect(valid, "texture", texture.name, "a picture of finite values of at least 0");
+  const bool shines = std::ranges::any_of(texture.texels, [](const glm::vec3& t) { return t.r + t.g + t.b > 0.0f; });
+  at.expect(shines, "texture", texture.name, "a picture that is not black all over");
+}
+
 }  // namespace
 
 void validate(const Scene& scene, std::string_view where) {
@@ -544,6 +596,12 @@ void validate(const Scene& scene, std::string_view where) {
     at.color("color", light.color);
     at.expect(std::isfinite(light.intensity) && light.intensity >= 0.0, "intensity", light.intensity,
               "a finite number of at least 0");
+    if (light.type != LightType::spot && light.shape != LightShape::disc)
+      at.fail("shape", "the shape of a spot", "a rectangle of another type");
+    const glm::dvec2& size = light.size;
+    at.expect(std::isfinite(size.x) && std::isfinite(size.y) && size.x >= 0.0 && size.y >= 0.0, "size", size,
+              "two finite numbers of at least 0");
+    if (light.texture) check_texture(at, light);
   }
   Checker{where, ""}.color("ambient", scene.ambient);
 
@@ -561,7 +619,7 @@ void validate(const Scene& scene, std::string_view where) {
   }
 }
 
-Scene load_scene(const std::filesystem::path& path) {
+Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture) {
   const std::string file = path.string();
   const Json json = parse_json(read_file(path, "a scene file"), file);
   const Node root(json, file, "");
@@ -572,7 +630,7 @@ Scene load_scene(const std::filesystem::path& path) {
   scene.camera = read_camera(root.at("camera"));
   if (root.has("lights")) {
     for (const Node& node : root.at("lights").items()) {
-      scene.lights.push_back(read_light(node, fmt::format("light{}", scene.lights.size())));
+      scene.lights.push_back(read_light(node, fmt::format("light{}", scene.lights.size()), path.parent_path(), read_texture));
     }
   }
   root.read("ambient", scene.ambient);

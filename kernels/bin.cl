@@ -95,6 +95,42 @@ __kernel void bound_triangles(const HsView view, __global const HsBlock* blocks,
   rects[get_global_id(0)] = rect;
 }
 
+// As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not,
+// for the centre count asks at any point of the map.
+__kernel void bound_triangles_wide(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
+                                   __global const float4* vertices_vs, __global const int4* vertices_px, __global ushort4* rects,
+                                   __global uint* tile_counts, __global HsStatus* status) {
+  const HsBlock block = blocks[get_group_id(0)];
+  ushort4 rect = (ushort4)(0);
+  if (get_local_id(0) < block.count) {
+    const uint3 corner = vload3(block.first + get_local_id(0), triangles);
+    int4 polygon[HS_CLIP_VERTICES];
+    polygon[0] = vertices_px[corner.x];
+    polygon[1] = vertices_px[corner.y];
+    polygon[2] = vertices_px[corner.z];
+    const uint flags = as_uint(polygon[0].w | polygon[1].w | polygon[2].w);
+    int count = 3;
+    if (flags & HS_VERTEX_INVALID) {
+      atomic_inc(&status->dropped_triangle_count);
+      count = 0;
+    } else if (flags != 0) {
+      count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
+    }
+    if (count >= 3) {
+      int2 low = polygon[0].xy, high = polygon[0].xy;
+      for (int i = 1; i < count; ++i) {
+        low = min(low, polygon[i].xy);
+        high = max(high, polygon[i].xy);
+      }
+      rect = rect_of_texels(
+          view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
+          ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);
+      count_rect(rect, view.tiles_x, tile_counts);
+    }
+  }
+  rects[get_global_id(0)] = rect;
+}
+
 // Counts to offsets: offsets[t] = sum of counts before t, offsets[tile_count] = total; counts become the fill's cursors.
 // One work-group; each work-item sums a run of tiles, the first one scans the runs.
 #define HS_SCAN_ITEMS 64

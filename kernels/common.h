@@ -25,6 +25,9 @@ typedef int16 vint;
 #define v_int convert_int16
 #define v_float_of_bits as_float16
 #define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
+// Of a mask. Not as !m: compilers make that an exclusive or with a vector of ones of one bit each, which Oclgrind 21.10 takes for
+// 1 where its comparisons give -1: what was true comes out as -2, and what was false as 1.
+#define v_not(m) v_select((vint)(-1), (vint)(0), m)
 HS_INLINE bool v_any(int16 m) {
   const int8 a = m.lo | m.hi;
   const int4 b = a.lo | a.hi;
@@ -35,8 +38,40 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
   return (float16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
                    p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 }
-#define v_all(m) (!v_any(!(m)))
+#define v_all(m) (!v_any(v_not(m)))
 #define v_first(v) ((v).s0)
+#define v_as_int as_int16
+// One lane of a mask or vector in memory.
+#define HS_LANE(v, i) (((const int*)&(v))[i])
+#define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
+#define HS_SET_LANE(v, i) (((int*)&(v))[i] = -1)
+HS_INLINE int v_min(int16 v) {
+  const int8 a = min(v.lo, v.hi);
+  const int4 b = min(a.lo, a.hi);
+  const int2 c = min(b.lo, b.hi);
+  return min(c.x, c.y);
+}
+HS_INLINE int lane_count(int16 mask) {
+  const int8 a = mask.lo + mask.hi;
+  const int4 b = a.lo + a.hi;
+  const int2 c = b.lo + b.hi;
+  return -(c.x + c.y);
+}
+HS_INLINE float v_sum(float16 v) {
+  const float8 a = v.lo + v.hi;
+  const float4 b = a.lo + a.hi;
+  const float2 c = b.lo + b.hi;
+  return c.x + c.y;
+}
+// Bit i for lane i.
+HS_INLINE uint lane_bits(int16 mask) {
+  const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+  const int16 bits = mask & bit;
+  const int8 a = bits.lo | bits.hi;
+  const int4 b = a.lo | a.hi;
+  const int2 c = b.lo | b.hi;
+  return (uint)(c.x | c.y);
+}
 // p[i] and p[i + 1]: one 8-byte load serves both.
 HS_INLINE void v_gather_pair(__global const float* p, int16 i, float16* left, float16* right) {
 #define HS_PAIR(k) as_ulong(vload2(0, p + i.k))
@@ -68,6 +103,7 @@ typedef int vint;
 #define v_int (int)
 #define v_float_of_bits as_float
 #define v_select(if_false, if_true, mask) ((mask) ? (if_true) : (if_false))
+#define v_not(m) (!(m))
 #define v_any(m) ((m) != 0)
 #define v_gather(p, i) ((p)[i])
 HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float* right) {
@@ -76,6 +112,14 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 }
 #define v_all(m) ((m) != 0)
 #define v_first(v) (v)
+#define v_as_int as_int
+#define HS_LANE(v, i) (v)
+#define HS_FLOAT_LANE(v, i) (v)
+#define HS_SET_LANE(v, i) ((v) = -1)
+#define v_min(v) (v)
+#define v_sum(v) (v)
+#define lane_count(mask) ((mask) != 0)
+#define lane_bits(mask) ((uint)((mask) != 0))
 // A loop of no or one step: over the work-item's own texel, if it lies between.
 #define HS_FOR_OWN(i, own, first, last) \
   for (int i = (own), hs_once_##i = i >= (first) && i <= (last); hs_once_##i; hs_once_##i = 0)

@@ -8,6 +8,14 @@ inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
   return odd ? -n : n;
 }
 
+// Of length 1, or 0 for a face without area. Scaled first: the square of a tiny face's normal would underflow.
+HS_INLINE float3 unit_normal(float3 n) {
+  const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
+  if (!(largest > 0.0f)) return (float3)(0.0f);
+  n /= largest;
+  return n * (1.0f / sqrt(dot(n, n)));
+}
+
 // sides: uchar a triangle, one bit for the side of its plane that the light is on: 1 where n . (light - a) >= 0 for n formed in
 // light space, whose axes are left-handed (for an outward face of a solid, 1 is turned away). Decided here, once, and read by
 // every edge: whatever rounding does to a face seen edge-on, silhouettes form closed loops.
@@ -33,12 +41,8 @@ __kernel void face_normals(const HsView view, __global const HsBlock* blocks, __
     const uint triangle = block.first + get_local_id(0);
     const uint3 corner = vload3(triangle, triangles);
     float3 anchor;
-    float3 n = face_normal(vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, &anchor);
-    const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
-    if (largest > 0.0f) {
-      n /= largest;  // keeps the square of a tiny face's normal from underflowing
-      n *= (dot(n, anchor) > 0.0f ? -1.0f : 1.0f) / sqrt(dot(n, n));
-    }
+    float3 n = unit_normal(face_normal(vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, &anchor));
+    if (dot(n, anchor) > 0.0f) n = -n;
     const float3 n_ws = n.x * view.world_from_view_x.xyz + n.y * view.world_from_view_y.xyz + n.z * view.world_from_view_z.xyz;
     normals[triangle] = (float4)(n_ws, materials[block.mesh].w);
   }

@@ -2,11 +2,13 @@
 
 // rgb: float4 a pixel, linear; w = 1 where something is seen. visibility: light_count planes, one behind the other.
 // The base colour is a plane, or comes from the faces' meshes where base_color is null.
+// tints: float4 a pixel, plane by plane; see visibility_exact.cl.
 // Lights are given relative to the camera's position, view rays in world axes from there.
 __kernel void shade(const uint light_count, __constant const HsShadeLight* lights, const float4 ambient,
                     const HsReceiverView camera, __global const float* depth_or_position, __global const float4* normal,
                     __global const float4* base_color, __global const uint* faces, __global const uint* face_meshes,
-                    __global const float4* materials, __global const float* visibility, __global float4* rgb) {
+                    __global const float4* materials, __global const float* visibility, __global const float4* tints,
+                    __global float4* rgb) {
   HS_FOR_PIXELS(px, py, valid, camera.width_px, camera.height_px) {
     const size_t first = (size_t)py * camera.width_px + px;
     vfloat x, y, z, nx, ny, nz, unused;
@@ -41,10 +43,18 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
       const vint in_cone = no_cone | ((z_ls > 0.0f) & (fabs(x_ls) <= edge) & (fabs(y_ls) <= edge));
       const vfloat cosine = (nx * lx + ny * ly + nz * lz) / sqrt(fmax(lx * lx + ly * ly + lz * lz, 1e-30f));
       const vfloat seen_fraction = load_lanes(visibility, (size_t)camera.width_px * camera.height_px * i + first, valid);
-      const vfloat received = v_select((vfloat)(0.0f), fmax(cosine, 0.0f) * seen_fraction, in_cone);
-      red += light->color.x * received;
-      green += light->color.y * received;
-      blue += light->color.z * received;
+      vfloat seen_red = seen_fraction, seen_green = seen_fraction, seen_blue = seen_fraction;
+      if (light->tint_plane >= 0) {
+        vfloat r, g, b, own;
+        load_lanes4(tints, (size_t)camera.width_px * camera.height_px * light->tint_plane + first, valid, &r, &g, &b, &own);
+        seen_red = v_select(seen_red, r, own > 0.0f);
+        seen_green = v_select(seen_green, g, own > 0.0f);
+        seen_blue = v_select(seen_blue, b, own > 0.0f);
+      }
+      const vfloat received = v_select((vfloat)(0.0f), fmax(cosine, 0.0f), in_cone);
+      red += light->color.x * (received * seen_red);
+      green += light->color.y * (received * seen_green);
+      blue += light->color.z * (received * seen_blue);
     }
     vfloat base_red, base_green, base_blue;
     if (base_color) {

@@ -108,6 +108,7 @@ typedef struct {
   hs_uint sample_count;  // 16, 64, 256 or 1024
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
   hs_uint ball;          // 1: each receiver sees the disc that faces it
+  hs_uint tinted;        // 1: the samples have weights a channel, and a tint is counted too
 } HsDisc;
 
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
@@ -161,7 +162,8 @@ typedef struct {
   hs_float4 color;        // colour times intensity
   hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
   float tan_half_cone;                                    // 0 for lights that shine everywhere
-  float padding0, padding1, padding2;
+  hs_int tint_plane;                                      // its plane among the tints (visibility_exact.cl), or -1
+  float padding0, padding1;
 } HsShadeLight;
 
 #endif

@@ -12,6 +12,12 @@ typedef struct {
   vfloat error_d;  // what 1/z may be wrong by because of the G-buffer
 } Receiver;
 
+// How far a receiver is from the camera, given its place in light space before the division by w.
+HS_INLINE float distance_from_camera(const HsReceiverView view, float4 p) {
+  const float4 from_camera = p - view.origin;
+  return sqrt(dot(from_camera, from_camera)) * view.unit;
+}
+
 // Where the receivers at pixels (px .., py) stand in the light.
 //   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1, or another face's concern
 //   turned away from the light: visibility 0
@@ -39,7 +45,8 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
     y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
     z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
     w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
-    error = (vfloat)(0.0f);
+    const vfloat rx = x - view.origin.x, ry = y - view.origin.y, rz = z - view.origin.z, rw = w - view.origin.w;
+    error = sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * (view.unit * view.size_per_px * (1.0f / 256.0f));
   }
   load_lanes4(normal, first, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
   const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
@@ -59,11 +66,11 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   const vfloat facing = -(view.axis_ws.w * (nx * x + ny * y) + nz * z);
   const vint in_reach = seen & (receives > 0.0f);
   const vint in_cone = in_reach & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
-  r.elsewhere = view.is_face ? in_reach & !in_cone : (vint)(0);
+  r.elsewhere = view.is_face ? in_reach & v_not(in_cone) : (vint)(0);
   const vint in_map =
       (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
   const vint away = in_cone & (facing <= 0.0f);
-  r.decided = !(in_cone & in_map) | away;
+  r.decided = v_not(in_cone & in_map) | away;
   r.visibility = v_select((vfloat)(1.0f), (vfloat)(0.0f), away);
 
   // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map, and of the same slope
@@ -186,7 +193,7 @@ HS_INLINE vint near_fins(const HsView light, const Footprint* f, const Receiver*
 #if HS_LANES == 16
   // Neighbouring pixels mostly share a tile.
   const int first = tile.s0;
-  if (v_all((tile == first) | r->decided)) return tile_near_fins[first] ? !r->decided : (vint)(0);
+  if (v_all((tile == first) | r->decided)) return tile_near_fins[first] ? v_not(r->decided) : (vint)(0);
   int lanes[16];
   for (int k = 0; k < 16; ++k) lanes[k] = tile_near_fins[((const int*)&tile)[k]];
   return (vload16(0, lanes) != 0) & !r->decided;
@@ -225,7 +232,7 @@ HS_INLINE void store_visibility(const Receiver* r, vfloat result, __global float
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                                  \
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                            \
     vfloat result = r.visibility;                                                                                \
-    if (v_any(!r.decided)) result = v_select(body, r.visibility, r.decided);                                     \
+    if (v_any(v_not(r.decided))) result = v_select(body, r.visibility, r.decided);                               \
     store_visibility(&r, result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid); \
   }
 

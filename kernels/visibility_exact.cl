@@ -16,595 +16,23 @@
 // 80 vectors of 16 in all, where testing every edge against every sample takes 57 x 16 = 912; bit-sliced counters would take
 // 57 x 8 words and as many masks to make. The counting itself is then a quarter of the time; another quarter projects edges.
 
-// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges, HS_CHUNK neighbours of them a shorter one.
 #if HS_LANES == 16
-#define HS_CHUNK 64
-#define HS_BATCH 1024
-#define HS_LISTED 2048
-#define v_as_int as_int16
 typedef short16 v_short;
 #define v_load_short(p) vload16(0, p)
 #define v_store_short(v, p) vstore16(v, 0, p)
 #define v_short_of convert_short16
-#define HS_LANE(v, i) (((const int*)&(v))[i])
-#define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
-#define HS_SET_LANE(v, i) (((int*)&(v))[i] = -1)
-HS_INLINE int v_min(int16 v) {
-  const int8 a = min(v.lo, v.hi);
-  const int4 b = min(a.lo, a.hi);
-  const int2 c = min(b.lo, b.hi);
-  return min(c.x, c.y);
-}
-HS_INLINE int lane_count(int16 mask) {
-  const int8 a = mask.lo + mask.hi;
-  const int4 b = a.lo + a.hi;
-  const int2 c = b.lo + b.hi;
-  return -(c.x + c.y);
-}
+#define v_int_of_short convert_int16
 HS_INLINE int short_lane_count(short16 mask) {
   return lane_count(convert_int16(mask));
 }
-// Bit i for lane i.
-HS_INLINE uint lane_bits(int16 mask) {
-  const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
-  const int16 bits = mask & bit;
-  const int8 a = bits.lo | bits.hi;
-  const int4 b = a.lo | a.hi;
-  const int2 c = b.lo | b.hi;
-  return (uint)(c.x | c.y);
-}
 #else
-#define HS_CHUNK 1
-#define HS_BATCH 1
-#define HS_LISTED 1
-#define v_as_int as_int
 typedef short v_short;
 #define v_load_short(p) (*(p))
 #define v_store_short(v, p) (*(p) = (v))
 #define v_short_of(mask) ((short)-((mask) != 0))
-#define HS_LANE(v, i) (v)
-#define HS_FLOAT_LANE(v, i) (v)
-#define HS_SET_LANE(v, i) ((v) = -1)
-#define v_min(v) (v)
-#define lane_count(mask) ((mask) != 0)
+#define v_int_of_short (int)
 #define short_lane_count(mask) ((mask) != 0)
-#define lane_bits(mask) ((uint)((mask) != 0))
 #endif
-
-// A surface nearer to a receiver than this part of its depth is the receiver itself.
-#define HS_BEYOND 0.99999905f  // 1 - 2^-20
-
-// -------------------------------------------------------------------------------------------------- potential silhouettes
-
-// planes: float4 a triangle: n and n . a in light space, unit where it has an area.
-// disc_sides: uchar a triangle: on which side of it (1: n . p >= n . a) a receiver lies if the segment from it to a point of the
-// disc crosses the face's plane; 2 where that depends on the point: the plane cuts the disc, |n . a| <= R |(n.x, n.y)|.
-__kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global const uint* triangles,
-                                   __global const float4* vertices_ls, const float radius, __global float4* planes,
-                                   __global uchar* disc_sides) {
-  const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
-    const uint triangle = block.first + get_local_id(0);
-    const uint3 corner = vload3(triangle, triangles);
-    float3 anchor;
-    float3 n = face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor);
-    const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
-    if (largest > 0.0f) {
-      n /= largest;
-      n /= sqrt(dot(n, n));
-    }
-    const float w = dot(n, anchor);
-    // Rounding: of the normal and the product. Undecided is always right, only slower.
-    const float slack = 4e-6f * (fabs(anchor.x) + fabs(anchor.y) + fabs(anchor.z) + radius);
-    const bool decided = fabs(w) > radius * sqrt(n.x * n.x + n.y * n.y) + slack;
-    planes[triangle] = (float4)(n, w);
-    disc_sides[triangle] = decided ? (w > 0.0f ? 1 : 0) : 2;  // the disc is on the other side, that of the origin
-  }
-}
-
-// Appends one record; a.w and b.w carry its integers.
-HS_INLINE void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
-                         __global HsStatus* status) {
-  HsEdge edge;
-  edge.a = (float4)(a, as_float(m));
-  edge.b = (float4)(b, as_float((o0 + 1) | (o1 + 1) << 2));
-  edge.plane0 = plane0;
-  edge.plane1 = plane1;
-  edges[atomic_inc(&status->feature_count)] = edge;
-}
-
-// The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
-HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
-  if (!(fmax(a->z, b->z) > 0.0f)) return false;
-  const float3 from = *a, to = *b;
-  const float t = from.z / (from.z - to.z);
-  const float3 cut = (float3)(from.xy + (to.xy - from.xy) * t, 0.0f);
-  if (from.z < 0.0f) *a = cut;
-  if (to.z < 0.0f) *b = cut;
-  return true;
-}
-
-// edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Decided faces are
-// summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up.
-__kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends,
-                            __global const uint* edge_face_offsets, __global const uint* edge_faces,
-                            __global const uchar* disc_sides, __global const float4* planes, __global const float4* vertices_ls,
-                            __global HsEdge* edges, __global HsStatus* status) {
-  const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
-    const uint edge = block.first + get_local_id(0);
-    int m = 0, undecided = 0;
-    for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
-      const uint face = edge_faces[i];
-      const uint side = disc_sides[face >> 1];
-      const int o = (face & 1) ? -1 : 1;
-      if (side == 2)
-        ++undecided;
-      else
-        m += side ? o : -o;
-    }
-    const uint2 ends = edge_ends[edge];
-    float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
-    if ((m != 0 || undecided > 0) && clip_to_light_plane(&a, &b)) {
-      atomic_inc(&status->silhouette_count);
-      int pending = 0;
-      float4 pending_plane = (float4)(0.0f);
-      for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
-        const uint face = edge_faces[i];
-        if (disc_sides[face >> 1] != 2) continue;
-        const int o = (face & 1) ? -1 : 1;
-        if (pending == 0) {
-          pending = o;
-          pending_plane = planes[face >> 1];
-        } else {
-          emit_edge(a, b, m, pending, pending_plane, o, planes[face >> 1], edges, status);
-          m = 0;
-          pending = 0;
-        }
-      }
-      if (m != 0 || pending != 0) emit_edge(a, b, m, pending, pending_plane, 0, (float4)(0.0f), edges, status);
-    }
-  }
-}
-
-// Where a face passes through the light's own plane, what lies before it ends at a cut: an edge of its own.
-__kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* triangles, __global const uchar* disc_sides,
-                           __global const float4* planes, __global const float4* vertices_ls, const float radius,
-                           __global HsEdge* edges, __global HsStatus* status) {
-  const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
-    const uint triangle = block.first + get_local_id(0);
-    const uint3 corner = vload3(triangle, triangles);
-    const uint index[3] = {corner.x, corner.y, corner.z};
-    float3 leaving = (float3)(0.0f), entering = (float3)(0.0f);
-    int cuts = 0;
-    for (int i = 0; i < 3; ++i) {
-      const uint from = index[i], to = index[i < 2 ? i + 1 : 0];
-      float3 low = vertices_ls[min(from, to)].xyz, high = vertices_ls[max(from, to)].xyz;
-      if ((low.z < 0.0f) == (high.z < 0.0f)) continue;
-      const bool low_behind = low.z < 0.0f;
-      clip_to_light_plane(&low, &high);
-      const float3 cut = low_behind ? low : high;
-      if (low_behind == (from < to))
-        entering = cut;  // the loop comes from behind the plane
-      else
-        leaving = cut;
-      ++cuts;
-    }
-    if (cuts == 2) {
-      const float2 along = entering.xy - leaving.xy;
-      const float t = clamp(-dot(leaving.xy, along) / fmax(dot(along, along), 1e-30f), 0.0f, 1.0f);
-      const float2 nearest = leaving.xy + along * t;
-      const uint side = disc_sides[triangle];
-      if (dot(nearest, nearest) <= radius * radius * 1.01f)
-        emit_edge(leaving, entering,
-                  side == 2 ? 0
-                  : side    ? 1
-                            : -1,
-                  side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f), edges, status);
-    }
-  }
-}
-
-// ---------------------------------------------------------------------------------------------------------------- binning
-
-// As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not,
-// for the centre count asks at any point of the map.
-__kernel void bound_triangles_wide(const HsView view, __global const HsBlock* blocks, __global const uint* triangles,
-                                   __global const float4* vertices_vs, __global const int4* vertices_px, __global ushort4* rects,
-                                   __global uint* tile_counts, __global HsStatus* status) {
-  const HsBlock block = blocks[get_group_id(0)];
-  ushort4 rect = (ushort4)(0);
-  if (get_local_id(0) < block.count) {
-    const uint3 corner = vload3(block.first + get_local_id(0), triangles);
-    int4 polygon[HS_CLIP_VERTICES];
-    polygon[0] = vertices_px[corner.x];
-    polygon[1] = vertices_px[corner.y];
-    polygon[2] = vertices_px[corner.z];
-    const uint flags = as_uint(polygon[0].w | polygon[1].w | polygon[2].w);
-    int count = 3;
-    if (flags & HS_VERTEX_INVALID) {
-      atomic_inc(&status->dropped_triangle_count);
-      count = 0;
-    } else if (flags != 0) {
-      count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
-    }
-    if (count >= 3) {
-      int2 low = polygon[0].xy, high = polygon[0].xy;
-      for (int i = 1; i < count; ++i) {
-        low = min(low, polygon[i].xy);
-        high = max(high, polygon[i].xy);
-      }
-      rect = rect_of_texels(
-          view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
-          ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);
-      count_rect(rect, view.tiles_x, tile_counts);
-    }
-  }
-  rects[get_global_id(0)] = rect;
-}
-
-// The tile of a receiver, from its position in texels (centres at integers).
-HS_INLINE vint tile_of(const HsView light, const Receiver* r) {
-  return row(light, v_int(rint(r->v))) / HS_TILE * (int)light.tiles_x + column(light, v_int(rint(r->u))) / HS_TILE;
-}
-
-// True if all lanes of `mask` hold the same tile, which is then *tile.
-HS_INLINE bool one_tile(vint tiles, vint mask, int* tile) {
-  *tile = v_min(v_select((vint)(INT_MAX), tiles, mask));
-  return *tile == -v_min(v_select((vint)(INT_MAX), -tiles, mask));
-}
-
-// tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts: its receivers. Both must be 0.
-__kernel void bound_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                              __global const float4* normal, __global int* tile_far, __global uint* tile_counts) {
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
-    const vint mine = !r.decided & (v_iota < valid);
-    if (!v_any(mine)) continue;
-    const vint tiles = tile_of(light, &r), z_bits = v_as_int(r.z);
-    int tile;
-    if (one_tile(tiles, mine, &tile)) {
-      const int far = -v_min(v_select((vint)(0), -z_bits, mine));
-      atomic_max(&tile_far[tile], far);
-      atomic_add(&tile_counts[tile], (uint)lane_count(mine));
-    } else {
-      for (int i = 0; i < HS_LANES; ++i) {
-        if (!HS_LANE(mine, i)) continue;
-        atomic_max(&tile_far[HS_LANE(tiles, i)], HS_LANE(z_bits, i));
-        atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
-      }
-    }
-  }
-}
-
-// An edge's capsule in the map: it is seen before the disc from within R (d_edge - d_receiver) of its projection, a radius that
-// is linear along it, as is the projection in d = 1/z: the convex hull of two discs.
-typedef struct {
-  float2 a, b;      // texels
-  float da, db;     // 1/z
-  float2 normal;    // unit, across
-  bool everywhere;  // it comes too near to the light's plane to be projected
-} Capsule;
-
-HS_INLINE Capsule capsule_of(const HsView view, float3 a, float3 b) {
-  Capsule c;
-  c.everywhere = fmin(a.z, b.z) < view.znear * 0.5f;
-  const float3 from = project_px(view, c.everywhere ? (float3)(0.0f, 0.0f, 1.0f) : a);
-  const float3 to = project_px(view, c.everywhere ? (float3)(0.0f, 0.0f, 1.0f) : b);
-  c.a = from.xy;
-  c.b = to.xy;
-  c.da = from.z;
-  c.db = to.z;
-  const float2 along = c.b - c.a;
-  const float length_px = sqrt(dot(along, along));
-  c.normal = length_px > 0.0f ? (float2)(-along.y, along.x) / length_px : (float2)(0.0f);
-  return c;
-}
-
-// Whether a receiver within `half_px` of `middle`, no farther than 1/d_far, can have the edge before its disc, or within
-// HS_NEAR_PX of it in the map.
-HS_INLINE bool capsule_touches(const Capsule* c, float radius_px, float2 middle, float2 half_px, float d_far) {
-  if (c->everywhere) return true;
-  if (fmax(c->da, c->db) < d_far * HS_BEYOND) return false;
-  const float slack = HS_NEAR_PX + 0.25f;
-  const float ra = radius_px * fmax(c->da - d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - d_far, 0.0f) + slack;
-  const float2 low = fmin(c->a - ra, c->b - rb), high = fmax(c->a + ra, c->b + rb);
-  if (low.x > middle.x + half_px.x || low.y > middle.y + half_px.y || high.x < middle.x - half_px.x ||
-      high.y < middle.y - half_px.y)
-    return false;
-  return fabs(dot(c->normal, middle - c->a)) <= fmax(ra, rb) + dot(fabs(c->normal), half_px);
-}
-
-HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius_px) {
-  if (c->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
-  const float slack = HS_NEAR_PX + 0.25f;
-  const float ra = radius_px * fmax(c->da - view.d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - view.d_far, 0.0f) + slack;
-  return rect_of_points(view, fmin(c->a - ra, c->b - rb), fmax(c->a + ra, c->b + rb));
-}
-
-HS_INLINE bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y,
-                             __global const float* tile_far) {
-  const float far = tile_far[y * view.tiles_x + x];
-  return far > 0.0f &&
-         capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
-}
-
-// Any number of work-items. tile_counts must be 0.
-__kernel void count_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
-                          __global const float* tile_far, __global uint* tile_counts) {
-  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
-    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
-    const ushort4 rect = capsule_rect(view, &c, radius_px);
-    for (uint y = rect.y; y < rect.w; ++y)
-      for (uint x = rect.x; x < rect.z; ++x)
-        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) atomic_inc(&tile_counts[y * view.tiles_x + x]);
-  }
-}
-
-__kernel void fill_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
-                         __global const float* tile_far, __global uint* tile_cursors, __global uint* refs, const uint capacity) {
-  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
-    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
-    const ushort4 rect = capsule_rect(view, &c, radius_px);
-    for (uint y = rect.y; y < rect.w; ++y)
-      for (uint x = rect.x; x < rect.z; ++x)
-        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) {
-          const uint slot = atomic_inc(&tile_cursors[y * view.tiles_x + x]);
-          if (slot < capacity) refs[slot] = i;
-        }
-  }
-}
-
-// By the map: a surface whose 1/z in a texel is at most the receiver's plane there plus the first is the receiver's own or beyond
-// it; one whose 1/z is more than the second stands before it whatever the surface does within two texels.
-#define HS_SAME_SURFACE(d, slope) ((slope) * (1.0f / 64.0f) + (d)*4e-6f)
-#define HS_CLEARLY_BEFORE(d, slope) ((d)*1.01f + 2.0f * (slope))
-
-// Answers the receivers that no silhouette comes near by the shadow map, and lists the others, tile by tile.
-// listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
-__kernel void list_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                             __global const float4* normal, __global const float* shadow_map, __global const uint* edge_offsets,
-                             const uint all, __global uint* tile_cursors, __global uint* listed, __global float* visibility,
-                             const uint plane) {
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
-    vfloat result = r.visibility;
-    const vint mine = !r.decided & (v_iota < valid);
-    if (v_any(mine)) {
-      const vint tiles = tile_of(light, &r);
-      int tile;
-      const bool together = one_tile(tiles, mine, &tile);
-      vint chosen = mine;
-      if (!all && !(together && edge_offsets[tile] != edge_offsets[tile + 1])) {
-        const vint x = column(light, v_int(rint(r.u))), y = row(light, v_int(rint(r.v)));
-        const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
-        const vfloat slope = fabs(r.plane_dx) + fabs(r.plane_dy);
-        const vfloat plane_d = r.plane_d + r.plane_dx * (v_float(x) - r.u) + r.plane_dy * (v_float(y) - r.v);
-        const vint lit = z_map * (plane_d + HS_SAME_SURFACE(r.plane_d, slope)) >= 1.0f;
-        const vint dark = z_map * HS_CLEARLY_BEFORE(r.plane_d, slope) < 1.0f;
-        chosen = mine & !(lit | dark);
-        if (!together)
-          for (int i = 0; i < HS_LANES; ++i)
-            if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1])
-              HS_SET_LANE(chosen, i);
-        result = v_select(v_select((vfloat)(0.0f), (vfloat)(1.0f), lit), r.visibility, r.decided);
-      }
-      if (v_any(chosen)) {
-        const uint pixel = (uint)py * view.width_px + (uint)px;
-        uint slot = together ? atomic_add(&tile_cursors[tile], (uint)lane_count(chosen)) : 0;
-        for (int i = 0; i < HS_LANES; ++i) {
-          if (!HS_LANE(chosen, i)) continue;
-          listed[together ? slot++ : atomic_inc(&tile_cursors[HS_LANE(tiles, i)])] = pixel + i;
-        }
-      }
-    }
-    store_visibility(&r, result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
-  }
-}
-
-// ---------------------------------------------------------------------------------------------------------------- counting
-
-// Receivers that are counted together.
-typedef struct {
-  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];                      // light space, lifted off their surface
-  float u[HS_BATCH], v[HS_BATCH];                                   // texels, centres at half-integers as rasterizers have it
-  float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
-} Batch;
-
-// Where some of them are.
-typedef struct {
-  float3 middle, half_size;   // light space
-  float2 middle_px, half_px;  // map
-  float far_z, d_far;         // depth of the farthest, and its 1/z
-} Region;
-
-// Edges that some receiver of a region may have before its disc: HsEdge, a field an array.
-typedef struct {
-  float ax[HS_LISTED], ay[HS_LISTED], az[HS_LISTED], bx[HS_LISTED], by[HS_LISTED], bz[HS_LISTED];
-  float n0x[HS_LISTED], n0y[HS_LISTED], n0z[HS_LISTED], n0w[HS_LISTED];
-  float n1x[HS_LISTED], n1y[HS_LISTED], n1z[HS_LISTED], n1w[HS_LISTED];
-  int m[HS_LISTED], o0[HS_LISTED], o1[HS_LISTED];
-} EdgeList;
-
-// A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
-// the rasterizer snaps vertices to a 256th, and the rounding of coordinates. slope_ls: of its plane's 1/z in q.
-HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
-                                 __global const float4* normal, float2* slope_ls) {
-  float4 p;
-  float error;
-  if (view.has_depth) {
-    const float z = depth_or_position[pixel];
-    p = z * (view.ray0 + (float)(pixel % view.width_px) * view.ray_dx + (float)(pixel / view.width_px) * view.ray_dy) +
-        view.origin;
-    error = z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f) +
-            view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-23f;
-  } else {
-    const float4 q = ((__global const float4*)depth_or_position)[pixel];
-    const float4 h = (float4)(q.xyz, 1.0f);
-    p = (float4)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h), dot(view.from_world_w, h));
-    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) +
-             view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
-                          fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
-            1e-6f;
-  }
-  const float3 n = normal[pixel].xyz;
-  p += (float4)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n),
-                dot(view.from_world_w.xyz, n)) *
-       error;
-  // As in locate.
-  *slope_ls = (float2)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n));
-  *slope_ls /= fmin(view.axis_ws.w * dot(*slope_ls, p.xy) + dot(view.axis_ws.xyz, n) * p.z, -1e-30f);
-  return p.xyz / fmax(p.w, 1e-20f);
-}
-
-HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
-                          __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
-  for (int i = 0; i < count; ++i) {
-    float2 slope;
-    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &slope);
-    const float3 px = project_px(light, p);
-    batch->x[i] = p.x;
-    batch->y[i] = p.y;
-    batch->z[i] = p.z;
-    batch->u[i] = px.x;
-    batch->v[i] = px.y;
-    batch->plane_d[i] = px.z;
-    batch->plane_dx[i] = slope.x / light.px_from_q.x;
-    batch->plane_dy[i] = slope.y / light.px_from_q.z;
-  }
-}
-
-HS_INLINE Region region_of(const Batch* batch, int first, int end) {
-  float3 low = (float3)(1e30f), high = (float3)(-1e30f);
-  float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
-  for (int i = first; i < end; ++i) {
-    const float3 p = (float3)(batch->x[i], batch->y[i], batch->z[i]);
-    const float2 px = (float2)(batch->u[i], batch->v[i]);
-    low = fmin(low, p);
-    high = fmax(high, p);
-    low_px = fmin(low_px, px);
-    high_px = fmax(high_px, px);
-  }
-  const Region region = {0.5f * (low + high), 0.5f * (high - low), 0.5f * (low_px + high_px), 0.5f * (high_px - low_px), high.z,
-                         1.0f / high.z};
-  return region;
-}
-
-// The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
-HS_INLINE vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
-  const vfloat v = nx * region->middle.x + ny * region->middle.y + nz * region->middle.z - w;
-  const vfloat reach = fabs(nx) * region->half_size.x + fabs(ny) * region->half_size.y + fabs(nz) * region->half_size.z +
-                       1e-6f * (fabs(w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
-  return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
-}
-
-HS_INLINE int side_of_region1(const Region* region, float4 plane) {
-  const float v = dot(plane.xyz, region->middle) - plane.w;
-  const float reach = dot(fabs(plane.xyz), region->half_size) +
-                      1e-6f * (fabs(plane.w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
-  return v > reach ? 1 : v < -reach ? -1 : 0;
-}
-
-// Copies an edge of the tile if a receiver of the region may need it.
-HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to,
-                         int slot) {
-  const float4 a = from->a, b = from->b;
-  if (fmin(a.z, b.z) >= region->far_z) return false;
-  const float4 plane0 = from->plane0, plane1 = from->plane1;
-  const int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
-  const int side0 = side_of_region1(region, plane0), side1 = side_of_region1(region, plane1);
-  if ((o0 == 0 || side0 != 0) && (o1 == 0 || side1 != 0) && m + o0 * side0 + o1 * side1 == 0) return false;
-  const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
-  if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
-  to->ax[slot] = a.x;
-  to->ay[slot] = a.y;
-  to->az[slot] = a.z;
-  to->bx[slot] = b.x;
-  to->by[slot] = b.y;
-  to->bz[slot] = b.z;
-  to->n0x[slot] = plane0.x;
-  to->n0y[slot] = plane0.y;
-  to->n0z[slot] = plane0.z;
-  to->n0w[slot] = plane0.w;
-  to->n1x[slot] = plane1.x;
-  to->n1y[slot] = plane1.y;
-  to->n1z[slot] = plane1.z;
-  to->n1w[slot] = plane1.w;
-  to->m[slot] = m;
-  to->o0[slot] = o0;
-  to->o1[slot] = o1;
-  return true;
-}
-
-// Makes a list a whole number of vectors long, with edges that are none.
-HS_INLINE void pad_list(EdgeList* list, int count) {
-  for (int i = count; i & (HS_LANES - 1); ++i) {
-    list->m[i] = list->o0[i] = list->o1[i] = 0;
-    list->ax[i] = list->ay[i] = list->bx[i] = list->by[i] = 0.0f;
-    list->az[i] = list->bz[i] = 1.0f;
-  }
-}
-
-// The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
-// most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
-HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count,
-                          EdgeList* to) {
-  int taken = 0;
-  for (int i = 0; i < count; i += HS_LANES) {
-    vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
-    const vint side0 =
-        side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
-    const vint side1 =
-        side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
-    const vint m = v_load(from->m + i) + o0 * side0 + o1 * side1;
-    o0 = v_select(o0, (vint)(0), side0 != 0);
-    o1 = v_select(o1, (vint)(0), side1 != 0);
-    vint keep = (m | o0 | o1) != 0;
-    if (!v_any(keep)) continue;
-
-    // As capsule_touches.
-    const vfloat az = v_load(from->az + i), bz = v_load(from->bz + i);
-    const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
-    const vfloat da = 1.0f / az, db = 1.0f / bz;
-    const vfloat ax = v_load(from->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat ay = v_load(from->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
-    const vfloat bx = v_load(from->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat by = v_load(from->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
-    const float slack = HS_NEAR_PX + 0.25f;
-    const vfloat ra = radius_px * fmax(da - region->d_far, 0.0f) + slack, rb = radius_px * fmax(db - region->d_far, 0.0f) + slack;
-    const vfloat ex = bx - ax, ey = by - ay;
-    const vfloat across = ax * ey - ay * ex, reach = fmax(ra, rb);
-    const vfloat limit = reach * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * region->half_px.y + fabs(ey) * region->half_px.x;
-    const vint touches = (fmin(az, bz) < region->far_z) & (fmin(ax - ra, bx - rb) <= region->half_px.x) &
-                         (fmax(ax + ra, bx + rb) >= -region->half_px.x) & (fmin(ay - ra, by - rb) <= region->half_px.y) &
-                         (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
-    keep &= touches | everywhere;
-    for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
-      const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
-      to->ax[taken] = from->ax[k];
-      to->ay[taken] = from->ay[k];
-      to->az[taken] = from->az[k];
-      to->bx[taken] = from->bx[k];
-      to->by[taken] = from->by[k];
-      to->bz[taken] = from->bz[k];
-      to->n0x[taken] = from->n0x[k];
-      to->n0y[taken] = from->n0y[k];
-      to->n0z[taken] = from->n0z[k];
-      to->n0w[taken] = from->n0w[k];
-      to->n1x[taken] = from->n1x[k];
-      to->n1y[taken] = from->n1y[k];
-      to->n1z[taken] = from->n1z[k];
-      to->n1w[taken] = from->n1w[k];
-      to->m[taken] = HS_LANE(m, lane);
-      to->o0[taken] = HS_LANE(o0, lane);
-      to->o1[taken] = HS_LANE(o1, lane);
-      ++taken;
-    }
-  }
-  pad_list(to, taken);
-  return taken;
-}
 
 // A point's place in the light map relative to p's, times both depths.
 HS_INLINE vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) {
@@ -629,7 +57,7 @@ HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx,
   const vfloat limit = pz * HS_BEYOND;
   const vint a_beyond = az > limit, b_beyond = bz > limit;
   ProjectedEdge e;
-  e.seen = !(a_beyond & b_beyond);
+  e.seen = v_not(a_beyond & b_beyond);
   if (v_any(a_beyond | b_beyond)) {
     const vfloat t = (limit - bz) / v_select(az - bz, (vfloat)(1.0f), az == bz);
     const vfloat cut_x = bx + (ax - bx) * t, cut_y = by + (ay - by) * t;
@@ -861,7 +289,7 @@ HS_INLINE int lit_by_map(const HsView light, __global const float* shadow_map, c
 // has it): +1 where it crosses the half-line y = 0, x > 0 upwards, -1 downwards. Summed over a triangle, its winding number.
 HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
   const vint a_up = ay >= 0.0f, b_up = by >= 0.0f, left = left_of_centre(ax, ay, bx, by);
-  return v_select((vint)(0), (vint)(1), !a_up & b_up & left) - v_select((vint)(0), (vint)(1), a_up & !b_up & !left);
+  return v_select((vint)(0), (vint)(1), v_not(a_up) & b_up & left) - v_select((vint)(0), (vint)(1), a_up & v_not(b_up | left));
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
@@ -925,7 +353,7 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
     for (int k = 0; k < asking_count; k += HS_LANES) {
       const vfloat px = v_load(xs + k), py = v_load(ys + k), pz = v_load(zs + k);
       const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
-      const vint between = 0.0f >= f.w ? !front : front;
+      const vint between = 0.0f >= f.w ? v_not(front) : front;
       if (!v_any(between)) continue;
       const vfloat ax = map_x(a.x, a.z, px, pz), ay = map_x(a.y, a.z, py, pz);
       const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
@@ -935,7 +363,7 @@ HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, co
         turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
       } else {  // part of it has no place in the map: by the sides of its edges' planes
         const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
-        turns = v_select((vint)(0), (vint)(1), ab & bc & !ac) - v_select((vint)(0), (vint)(1), !ab & !bc & ac);
+        turns = v_select((vint)(0), (vint)(1), ab & bc & v_not(ac)) - v_select((vint)(0), (vint)(1), v_not(ab | bc) & ac);
       }
       const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
       v_store(v_load(crossings + k) + crossed, crossings + k);
@@ -953,13 +381,28 @@ HS_INLINE float2 rotation_of(uint pixel) {
   return (float2)(cos(angle), -sin(angle));
 }
 
+// What the samples in sight, where the count is not above -centre, add to each channel; w = 1.
+HS_INLINE float4 tint_of(const short* counts, int centre, int n, __global const float* weights) {
+  vfloat red = (vfloat)(0.0f), green = red, blue = red;
+  for (int k = 0; k < n; k += HS_LANES) {
+    const vint seen = v_int_of_short(v_load_short(counts + k) + (v_short)((short)centre) <= (v_short)((short)0));
+    red += v_select((vfloat)(0.0f), v_load(weights + k), seen);
+    green += v_select((vfloat)(0.0f), v_load(weights + n + k), seen);
+    blue += v_select((vfloat)(0.0f), v_load(weights + 2 * n + k), seen);
+  }
+  return (float4)((float3)(v_sum(red), v_sum(green), v_sum(blue)) / (float)n, 1.0f);
+}
+
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
+// tints: float4 a pixel of a light with a texture: in xyz, relative to the whole light, how much of each channel is seen, where
+// w = 1; where w = 0 it is as much of each, the visibility. weights: as SampleTable has them.
 // samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinity.
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc,
                             __global const float* depth_or_position, __global const float4* normal,
                             __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
-                            __global const ushort* rank_table, __global const HsBlock* blocks, const uint slot_count,
+                            __global const ushort* rank_table, __global const float* weights, __global float4* tints,
+                            const uint tint_plane, __global const HsBlock* blocks, const uint slot_count,
                             __global const ushort4* rects, __global const uint* triangle_offsets,
                             __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
                             __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
@@ -1048,7 +491,11 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
             seen = (float)seen_count / (float)n;
           }
           if (negative) atomic_inc(&status->negative_count);
-          visibility[(size_t)plane * view.width_px * view.height_px + listed[batch_first + first + i]] = seen;
+          const size_t pixels = (size_t)view.width_px * view.height_px, pixel = listed[batch_first + first + i];
+          visibility[plane * pixels + pixel] = seen;
+          if (disc.tinted)
+            tints[tint_plane * pixels + pixel] =
+                walks[i].touched ? tint_of(counts + i * HS_MAX_SAMPLES, centre[i], n, weights) : (float4)(seen, seen, seen, 1.0f);
         }
       }
     }

@@ -1,10 +1,12 @@
 // light-samples: Heckbert & Herf 1997. The mean of hard shadows from points of the light's disc, one shadow map at a time.
 
-// visibility: float a pixel: the number of the samples before that see it, this one added; must be 0 before the first. A sample
-// behind the receiver's face sees nothing of it.
+// weight: what this sample adds to the tint; w = 0 where the light has none (see visibility_exact.cl).
+// visibility: float a pixel: the number of the samples before that see it, this one added; must be 0 before the first, as must
+// tints. A sample behind the receiver's face sees nothing of it.
 __kernel void receive_sample(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                              __global const float4* normal, __global const float* shadow_map, const uint casts,
-                             __global float* visibility, const uint plane) {
+                             const float4 weight, __global float4* tints, const uint tint_plane, __global float* visibility,
+                             const uint plane) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat seen = r.visibility;
@@ -12,12 +14,29 @@ __kernel void receive_sample(const HsView light, const HsReceiverView view, __gl
     if (!casts) seen = v_select((vfloat)(1.0f), r.visibility, r.decided);
     seen = v_select(seen, (vfloat)(0.0f), r.elsewhere);
     const size_t first = ((size_t)plane * view.height_px + py) * view.width_px + px;
+    if (weight.w > 0.0f) {
+      const size_t tint = ((size_t)tint_plane * view.height_px + py) * view.width_px + px;
+      vfloat red, green, blue, own;
+      load_lanes4(tints, tint, valid, &red, &green, &blue, &own);
+      store_lanes4(red + weight.x * seen, green + weight.y * seen, blue + weight.z * seen, (vfloat)(0.0f), tints, tint, valid);
+    }
     store_lanes(load_lanes(visibility, first, valid) + seen, visibility, first, valid);
   }
 }
 
 // Counts to means. What the light's centre decides without a look-up, such as the cone's border, holds for all samples.
 __kernel void receive_samples_end(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                                  __global const float4* normal, const uint count, __global float* visibility, const uint plane) {
+                                  __global const float4* normal, const uint count, const uint tinted, __global float4* tints,
+                                  const uint tint_plane, __global float* visibility, const uint plane) {
+  if (tinted) {
+    HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
+      const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
+      const size_t tint = ((size_t)tint_plane * view.height_px + py) * view.width_px + px;
+      const vfloat scale = (vfloat)(1.0f / (float)count), own = v_select((vfloat)(1.0f), (vfloat)(0.0f), r.decided);
+      vfloat red, green, blue, unused;
+      load_lanes4(tints, tint, valid, &red, &green, &blue, &unused);
+      store_lanes4(red * scale, green * scale, blue * scale, own, tints, tint, valid);
+    }
+  }
   HS_FOR_RECEIVERS(load_lanes(visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid) / (float)count)
 }

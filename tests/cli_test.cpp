@@ -118,6 +118,32 @@ class Cli : public testing::Test {
 
 // ------------------------------------------------------------------------------------------------------------- what it says
 
+TEST_F(Cli, RenderSaysWhatAFrameWasMadeOf) {
+  const std::string name = scene([](nlohmann::json& json) {
+    json["meshes"].push_back({{"name", "low"}, {"path", "box.obj"}, {"translation", {0, -3, 0}}, {"scale", {9, 1, 9}}});
+  });
+  const Result result = run({"render", name, "-q", "--stats", "-m", "hard,smoothies,exact"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  std::istringstream lines(result.out);
+  std::string frame, light;
+  for (const std::string method : {"hard", "smoothies", "exact"}) {
+    SCOPED_TRACE(result.out);
+    ASSERT_TRUE(std::getline(lines, frame) && std::getline(lines, light));
+    EXPECT_EQ(frame, "scene." + method + ".0001: 24 triangles, 16 vertices, 36 edges");
+    EXPECT_TRUE(light.starts_with("  key: light map "));
+    EXPECT_EQ(has(light, "silhouette edges"), method != "hard");
+    EXPECT_EQ(has(light, " fins, "), method == "smoothies");
+    EXPECT_EQ(has(light, ", 0 pixels with negative depth complexity"), method == "exact");
+  }
+  EXPECT_FALSE(std::getline(lines, frame));
+  EXPECT_EQ(run({"render", name, "-q"}).out, "");
+}
+
+TEST_F(Cli, RenderSaysWhereNothingCasts) {
+  const std::string name = scene([](nlohmann::json& json) { json["meshes"][0]["casts_shadow"] = false; });
+  EXPECT_TRUE(has(run({"render", name, "-q", "--stats"}).out, "  key: nothing casts a shadow in its reach\n"));
+}
+
 TEST_F(Cli, HelpFitsAScreenAndShowsExamples) {
   for (const std::string command : {"", "render", "bench", "compare", "report", "inspect", "devices", "methods"}) {
     const Result result = command.empty() ? run({"--help"}) : run({command, "--help"});

@@ -5,6 +5,7 @@
 #include "kernel_fixture.hpp"
 #include "rays.hpp"
 #include "scenes.hpp"
+#include "temp_folder.hpp"
 
 namespace halfshade {
 namespace {
@@ -40,21 +41,30 @@ RayReceivers receivers_of(const RayScene& rays, const Scene& scene, const Frame&
   return rays.receivers(scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
 }
 
-/// How many of the samples each counted pixel sees, by brute force.
-std::vector<unsigned> brute_force_counts(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
-                                         unsigned samples) {
+/// Which of the samples each counted pixel sees, by brute force.
+std::vector<std::vector<bool>> brute_force(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
+                                           unsigned samples) {
   const BruteForce all(scene);
   const Light& light = scene.lights[0];
   const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
   const glm::dvec3 right(light_from_world[0][0], light_from_world[1][0], light_from_world[2][0]);
   const glm::dvec3 up(light_from_world[0][1], light_from_world[1][1], light_from_world[2][1]);
-  std::vector<unsigned> counts;
+  std::vector<std::vector<bool>> sees;
   for (const glm::vec3& origin : receivers.origins) {
-    unsigned seen = 0;
-    for (const glm::dvec2& s : disc_samples(samples))
-      seen += !all.occluded(glm::dvec3(origin) + rays.origin_ws(), light.position + light.radius * (s.x * right + s.y * up));
-    counts.push_back(seen);
+    std::vector<bool>& seen = sees.emplace_back();
+    for (const glm::dvec2& s : light_points(light, samples).points)
+      seen.push_back(
+          !all.occluded(glm::dvec3(origin) + rays.origin_ws(), light.position + disc_radius(light) * (s.x * right + s.y * up)));
   }
+  return sees;
+}
+
+/// How many they are.
+std::vector<unsigned> brute_force_counts(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
+                                         unsigned samples) {
+  std::vector<unsigned> counts;
+  for (const std::vector<bool>& seen : brute_force(scene, rays, receivers, samples))
+    counts.push_back(static_cast<unsigned>(std::count(seen.begin(), seen.end(), true)));
   return counts;
 }
 
@@ -152,16 +162,22 @@ TEST_P(ExactTest, HasTheSamplesOfBruteForceUnderABox) {
   expect_brute_force(runner_, box_over_floor({64, 56}), 64);
 }
 
+/// Boxes of random places, sizes and turns over a floor.
+Scene random_boxes(std::mt19937& random, glm::uvec2 resolution) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  Scene scene = box_over_floor(resolution);
+  for (int i = 0; i < 8; ++i)
+    scene.meshes.push_back(placed("box" + std::to_string(i), box_mesh(),
+                                  {unit(random) * 3 - 1.5, 0.2 + unit(random) * 2, unit(random) * 3 - 1.5},
+                                  glm::dvec3(0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)),
+                                  {unit(random) * 360, unit(random) * 360, unit(random) * 360}));
+  return scene;
+}
+
 TEST_P(ExactTest, HasTheSamplesOfBruteForceInRandomBoxes) {
   std::mt19937 random(7);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (int round = 0; round < 4; ++round) {
-    Scene scene = box_over_floor({48, 40});
-    for (int i = 0; i < 8; ++i)
-      scene.meshes.push_back(placed("box" + std::to_string(i), box_mesh(),
-                                    {unit(random) * 3 - 1.5, 0.2 + unit(random) * 2, unit(random) * 3 - 1.5},
-                                    glm::dvec3(0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)),
-                                    {unit(random) * 360, unit(random) * 360, unit(random) * 360}));
+    Scene scene = random_boxes(random, {48, 40});
     scene.lights[0].radius = round % 2 ? 1.5 : 0.2;
     expect_brute_force(runner_, scene, 64);
   }
@@ -241,6 +257,220 @@ TEST_P(ExactTest, AgreesWithRaysOnTheSameSamples) {
       EXPECT_LE(figures.max_error, 0.02) << name;
       EXPECT_EQ(drawn.stats.lights[0].negative_pixels, 0u) << name;
     }
+}
+
+TEST_P(ExactTest, MoreSamplesBringItNearerToTheTruth) {
+  std::mt19937 random(11);
+  Scene scene = random_boxes(random, {96, 80});
+  scene.lights[0].radius = 0.6;
+  const RayScene rays(scene);
+  double before = 1.0;
+  for (const unsigned samples : {16u, 64u, 256u, 1024u}) {
+    const Drawn drawn = draw(runner_, scene, exact(samples));
+    const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+    const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 4096, .seed = 5});
+    const double error = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds).penumbra_rmse;
+    EXPECT_LT(error, 0.7 * before) << samples;
+    before = error;
+  }
+  EXPECT_LT(before, 0.004);
+}
+
+/// A G-buffer of positions in a renderer of the scene.
+std::vector<float> draw_positions(const KernelRunner& runner, const Scene& scene, const Settings& settings,
+                                  const std::vector<glm::vec4>& position_ws, const std::vector<glm::vec4>& normal_ws) {
+  Renderer renderer(runner.device);
+  renderer.set_scene(scene);
+  const cl::Buffer position = runner.buffer(position_ws), normal = runner.buffer(normal_ws),
+                   visibility = runner.buffer(std::vector<float>(position_ws.size(), -1.0f));
+  GBuffer gbuffer;
+  gbuffer.resolution = scene.camera.resolution;
+  gbuffer.position = position();
+  gbuffer.normal = normal();
+  renderer.enqueue_visibility(gbuffer, 0, settings, visibility());
+  return runner.read<float>(visibility, position_ws.size());
+}
+
+TEST_P(ExactTest, ReadsPositionsInsteadOfDepths) {
+  std::mt19937 random(3);
+  const Scene scene = random_boxes(random, {96, 80});
+  const Drawn drawn = draw(runner_, scene, exact(64));
+  const std::vector<float> got = draw_positions(runner_, scene, exact(64), drawn.frame.position_ws, drawn.frame.normal_ws);
+  std::size_t partly = 0, off = 0;
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    partly += got[i] > 0.0f && got[i] < 1.0f;
+    off += got[i] != drawn.frame.visibility[0][i];
+    EXPECT_NEAR(got[i], drawn.frame.visibility[0][i], 1.5 / 64) << i;
+  }
+  EXPECT_GT(partly, 200u);
+  EXPECT_LE(off, got.size() / 500);
+}
+
+TEST_P(ExactTest, AMirroredSceneHasTheMirroredVisibility) {
+  // A line of light that lies in the mirror: its samples are their own mirror images. The receivers are given, mirrored bit for
+  // bit, for the rasterizer's pixels are not their own.
+  std::mt19937 random(5);
+  Scene scene = random_boxes(random, {64, 56}), mirrored = scene;
+  const auto mirror = [](glm::dvec3& v) { v.x = -v.x; };
+  const Drawn drawn = draw(runner_, scene, exact(64));
+  for (Scene* one : {&scene, &mirrored}) {
+    one->lights[0].position.x = one->lights[0].target.x = 0.0;
+    one->lights[0].shape = LightShape::rectangle;
+    one->lights[0].size = {0.0, 1.5};
+  }
+  mirror(mirrored.camera.position);
+  mirror(mirrored.camera.target);
+  for (SceneMesh& mesh : mirrored.meshes) {
+    mirror(mesh.translation);
+    mesh.rotation_deg.y = -mesh.rotation_deg.y;
+    mesh.rotation_deg.z = -mesh.rotation_deg.z;
+    mesh.scale.x = -mesh.scale.x;
+  }
+  std::vector<glm::vec4> position = drawn.frame.position_ws, normal = drawn.frame.normal_ws;
+  const std::vector<float> seen = draw_positions(runner_, scene, exact(64), position, normal);
+  for (glm::vec4& p : position) p.x = -p.x;
+  for (glm::vec4& n : normal) n.x = -n.x;
+  EXPECT_EQ(draw_positions(runner_, mirrored, exact(64), position, normal), seen);
+  EXPECT_GT(std::count_if(seen.begin(), seen.end(), [](float v) { return v > 0.0f && v < 1.0f; }), 100);
+}
+
+// ------------------------------------------------------------------------------------------------------------ light shapes
+
+std::shared_ptr<const LightTexture> texture(glm::uvec2 resolution, std::vector<glm::vec3> texels) {
+  return std::make_shared<LightTexture>(LightTexture{"test", resolution, std::move(texels)});
+}
+
+/// The floor's light as a rectangle. Its right is the world's -x: it faces down, and its up is +z.
+Scene under_a_rectangle(Scene scene, glm::dvec2 size, std::shared_ptr<const LightTexture> picture = nullptr) {
+  scene.lights[0].shape = LightShape::rectangle;
+  scene.lights[0].size = size;
+  scene.lights[0].texture = std::move(picture);
+  return scene;
+}
+
+Settings light_samples_256() {
+  return {.method = Method::light_samples, .light_resolution_px = 512, .samples = 256};
+}
+
+TEST_P(ExactTest, AgreesWithAHalfPlaneAcrossARectangleInClosedForm) {
+  // Its edge x = 0 at half height is seen from (x, 0) to cross the light at -x.
+  const Scene scene = under_a_rectangle(floor_scene({sheet(-100, 0, -100, 100, 5)}), {1.6, 0.5});
+  const auto expected = [](const glm::dvec3& p) { return std::clamp(0.5 + p.x / 1.6, 0.0, 1.0); };
+  expect_on_floor(draw(runner_, scene, exact(1024)).frame, 0.01, expected);
+  expect_on_floor(draw(runner_, scene, light_samples_256()).frame, 0.08, expected);
+}
+
+TEST_P(ExactTest, AcrossItARectangleIsAsNarrowAsItIsHigh) {
+  const Scene scene = under_a_rectangle(floor_scene({sheet(-100, 100, -100, 0, 5)}), {1.6, 0.5});
+  const auto expected = [](const glm::dvec3& p) { return std::clamp(0.5 + p.z / 0.5, 0.0, 1.0); };
+  expect_on_floor(draw(runner_, scene, exact(1024)).frame, 0.01, expected);
+}
+
+TEST_P(ExactTest, HasTheSamplesOfBruteForceUnderARectangle) {
+  std::mt19937 random(2);
+  for (const glm::dvec2 size : {glm::dvec2(1.2, 0.3), glm::dvec2(0.4, 2.0), glm::dvec2(0.0, 1.0)})
+    expect_brute_force(runner_, under_a_rectangle(random_boxes(random, {48, 40}), size), 64);
+}
+
+TEST_P(ExactTest, AgreesWithRaysFromARectangle) {
+  Scene scene = load_scene(std::filesystem::path(HALFSHADE_DATA_DIR) / "scenes" / "primitives.json");
+  scene.camera.resolution = {160, 160};
+  scene = under_a_rectangle(scene, {1.5, 0.4}, texture({2, 2}, {{1, 2, 3}, {0, 0, 0}, {0.2, 0.1, 0.2}, {5, 5, 1}}));
+  Settings settings = exact(256);
+  settings.light_resolution_px = 512;
+  const Drawn drawn = draw(runner_, scene, settings);
+  const RayScene rays(scene);
+  const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+  const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 256});
+  const ErrorFigures figures = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds);
+  EXPECT_GT(figures.penumbra_pixels, 300u);
+  EXPECT_LE(figures.rmse, 2e-4);
+  EXPECT_LE(figures.max_error, 0.02);
+}
+
+TEST_P(ExactTest, OfATextureOnlyTheLitPartCounts) {
+  // White towards the world's +x, black towards -x, which is hidden from where x > 0.
+  const Scene scene =
+      under_a_rectangle(floor_scene({sheet(-100, 0, -100, 100, 5)}), {2, 0.5}, texture({2, 1}, {{1, 1, 1}, {0, 0, 0}}));
+  const auto expected = [](const glm::dvec3& p) { return std::clamp(1.0 + p.x, 0.0, 1.0); };
+  expect_on_floor(draw(runner_, scene, exact(1024)).frame, 0.01, expected);
+  expect_on_floor(draw(runner_, scene, light_samples_256()).frame, 0.1, expected);
+}
+
+TEST_P(ExactTest, ATexturedLightHasTheColourOfWhatIsSeenOfIt) {
+  // Red towards +x, blue of about the same luminance towards -x.
+  const std::shared_ptr<const LightTexture> picture = texture({2, 1}, {{2, 0, 0}, {0, 0, 6}});
+  const Scene hidden = under_a_rectangle(floor_scene({sheet(-100, 0, -100, 100, 5)}), {2, 0.5}, picture);
+  const Scene open = under_a_rectangle(floor_scene({}), {2, 0.5}, picture);
+  for (const Settings& settings : {exact(1024), light_samples_256()}) {
+    const Frame whole = draw(runner_, open, settings).frame, part = draw(runner_, hidden, settings).frame;
+    std::size_t tested = 0;
+    for (std::size_t i = 0; i < whole.rgb.size(); ++i) {
+      const glm::dvec3 p = part.position_ws[i];
+      if (whole.depth[i] == 0.0f || whole.depth[i] != part.depth[i] || std::abs(p.x) > 1.1) continue;
+      ++tested;
+      EXPECT_NEAR(whole.rgb[i].b, 3 * whole.rgb[i].r, 1e-5);
+      EXPECT_EQ(whole.rgb[i].g, 0.0f);
+      EXPECT_NEAR(part.rgb[i].r / whole.rgb[i].r, std::clamp(1.0 + p.x, 0.0, 1.0), 0.1);
+      EXPECT_NEAR(part.rgb[i].b / whole.rgb[i].b, std::clamp(p.x, 0.0, 1.0), 0.1);
+      if (p.x < -0.1) {
+        EXPECT_EQ(part.rgb[i].b, 0.0f);
+      }
+    }
+    EXPECT_GT(tested, 200u);
+  }
+}
+
+TEST_P(ExactTest, SeesTheVerySamplesThatBruteForceSees) {
+  // 4 x 4 texels of one luminance, so that each holds one of 16 samples, with powers of two as their red, or blue: the colour
+  // tells which samples are seen.
+  const unsigned samples = 16;
+  std::vector<glm::vec3> texels;
+  for (int i = 0; i < 16; ++i) {
+    const float bit = static_cast<float>(1 << i % 8) / 256.0f, red = i < 8 ? bit : 0.0f, blue = i < 8 ? 0.0f : bit;
+    texels.emplace_back(red, (1.0f - 0.2126f * red - 0.0722f * blue) / 0.7152f, blue);
+  }
+  std::mt19937 random(23);
+  Scene scene = random_boxes(random, {64, 56});
+  scene.ambient = glm::vec3(0.0f);
+  scene = under_a_rectangle(scene, {1.2, 0.9}, texture({4, 4}, texels));
+  Scene open = scene;
+  for (SceneMesh& mesh : open.meshes) mesh.casts_shadow = false;
+  const Frame seen = draw(runner_, scene, exact(samples)).frame, all = draw(runner_, open, exact(samples)).frame;
+
+  const LightPoints points = light_points(scene.lights[0], samples);
+  const RayScene rays(scene);
+  const RayReceivers receivers = receivers_of(rays, scene, draw(runner_, scene, exact(samples)).frame);
+  const std::vector<std::vector<bool>> expected = brute_force(scene, rays, receivers, samples);
+  std::size_t partly = 0, differing = 0;
+  for (std::size_t i = 0; i < receivers.pixels.size(); ++i) {
+    const std::size_t pixel = receivers.pixels[i];
+    unsigned expected_red = 0, expected_blue = 0;
+    for (unsigned s = 0; s < samples; ++s) {
+      expected_red += expected[i][s] ? static_cast<unsigned>(std::lround(points.weights[s].r * 255 / samples)) : 0;
+      expected_blue += expected[i][s] ? static_cast<unsigned>(std::lround(points.weights[s].b * 255 / samples)) : 0;
+    }
+    const bool same = std::lround(255 * seen.rgb[pixel].r / all.rgb[pixel].r) == expected_red &&
+                      std::lround(255 * seen.rgb[pixel].b / all.rgb[pixel].b) == expected_blue;
+    partly += expected_red > 0 && expected_red < 255;
+    differing += !same;
+  }
+  EXPECT_GT(partly, 100u);
+  EXPECT_LE(differing, 2 + receivers.pixels.size() / 1000);
+}
+
+TEST(Exact, OtherMethodsThatKnowDiscsAloneRefuseRectangles) {
+  Renderer renderer(test_device());
+  renderer.set_scene(under_a_rectangle(box_over_floor(), {1, 1}));
+  for (const MethodInfo& info : methods()) {
+    if (info.any_shape)
+      renderer.render({.method = info.method, .samples = 16});
+    else
+      expect_error<InputError>([&] { renderer.render({.method = info.method}); },
+                               {"light 'key'", "rectangle", info.name, "choose hard, pcf, light-samples, exact"});
+  }
+  expect_error<InputError>([&] { renderer.render(exact(64, SamplePattern::rotated)); }, {"light 'key'", "'fixed'"});
+  EXPECT_FALSE(info_of(Method::fins).any_shape);
 }
 
 TEST_P(ExactTest, AliasFreeChangesNothingButTheWayThere) {

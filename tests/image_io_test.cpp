@@ -46,6 +46,22 @@ Frame make_frame(glm::uvec2 resolution = {37, 131}, std::size_t lights = 2) {
 
 const std::vector<std::string> two_lights = {"key", "fill"};
 
+TEST_F(ImageIo, ATextureIsReadByItsChannelsNames) {
+  const Frame frame = make_frame();
+  const fs::path path = folder_ / "panel.exr", grey = folder_ / "grey.exr", neither = folder_ / "neither.exr";
+  write_frame_exr(path, frame, two_lights, false, {});
+  const auto texture = read_light_texture(path);
+  EXPECT_EQ(texture->name, "panel.exr");
+  EXPECT_EQ(texture->resolution, frame.resolution);
+  for (std::size_t i = 0; i < frame.rgb.size(); ++i) ASSERT_EQ(texture->texels[i], glm::vec3(frame.rgb[i]));
+
+  write_light_buffers_exr(grey, {{1, 1}, {}, 1.0, 1.0, 2.0, {{"Y", {0.5f}}}}, {});
+  EXPECT_EQ(read_light_texture(grey)->texels, std::vector<glm::vec3>{glm::vec3(0.5f)});
+  write_light_buffers_exr(neither, {{1, 1}, {}, 1.0, 1.0, 2.0, {{"Z", {0.5f}}}}, {});
+  EXPECT_THROW(read_light_texture(neither), InputError);
+  EXPECT_THROW(read_light_texture(folder_ / "none.exr"), InputError);
+}
+
 TEST_F(ImageIo, ExrKeepsEveryChannelBitForBit) {
   const Frame frame = make_frame();
   const fs::path path = folder_ / "frame.exr";

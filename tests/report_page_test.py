@@ -148,6 +148,9 @@ class ReportTest(unittest.TestCase):
             self.assertEqual(float(row["penumbra_rmse"]), result["figures"]["penumbra_rmse"])
             self.assertEqual(float(row["median_ms"]), result["time_ms"]["median"])
             self.assertEqual(row["pareto"], str(result["pareto"]).lower())
+            negative = result["negative_pixels"]
+            self.assertEqual(row["negative_pixels"], "" if negative is None else str(negative))
+            self.assertEqual(negative is not None, result["method"] == "exact")
 
     def test_says_where_the_page_is(self):
         self.assertIn(str(self.folder / "index.html"), self.output.stdout)

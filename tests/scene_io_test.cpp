@@ -10,8 +10,8 @@
 namespace {
 
 using halfshade::InputError;
-using halfshade::load_scene;
 using halfshade::LightType;
+using halfshade::load_scene;
 using halfshade::Scene;
 using halfshade::scene_at_frame;
 using halfshade::validate;
@@ -71,6 +71,52 @@ TEST_F(SceneFile, WhatIsLeftOutHasItsDefault) {
   EXPECT_EQ(scene.ambient, glm::vec3(0.0f));
   EXPECT_EQ(scene.animation.first_frame, 1);
   EXPECT_EQ(scene.animation.last_frame, 1);
+}
+
+TEST_F(SceneFile, ALightCanBeARectangleWithATexture) {
+  json_["lights"][0].update({{"shape", "rectangle"}, {"size", {1.5, 0}}, {"texture", "panel.exr"}});
+  const auto picture = std::make_shared<halfshade::LightTexture>(halfshade::LightTexture{"panel.exr", {1, 1}, {glm::vec3(2.0f)}});
+  std::filesystem::path asked;
+  const Scene scene = load_scene(folder_.write("my.scene.json", json_.dump()), [&](const std::filesystem::path& path) {
+    asked = path;
+    return picture;
+  });
+  EXPECT_EQ(asked, folder_ / "panel.exr");
+  EXPECT_EQ(scene.lights[0].shape, halfshade::LightShape::rectangle);
+  EXPECT_EQ(scene.lights[0].size, glm::dvec2(1.5, 0));
+  EXPECT_EQ(scene.lights[0].texture, picture);
+}
+
+TEST_F(SceneFile, RefusesShapesThatAreNone) {
+  refuse("/lights/0/shape", "rectangel", {"lights[0].shape", "disc, rectangle", "did you mean \"rectangle\""});
+  refuse("/lights/0/size", {1, 2}, {"lights[0].size", "none for a disc"});
+  refuse("/lights/0/texture", "a.exr", {"lights[0].texture", "none for a disc"});
+  json_["lights"][0]["shape"] = "rectangle";
+  refuse_text(json_.dump(), {"lights[0]", "\"size\"", "missing"});
+  refuse("/lights/0/size", {1, 2, 3}, {"lights[0].size", "two numbers"});
+  refuse("/lights/0/size", {1, -2}, {"lights[0]", "size", "at least 0", "[1, -2]"});
+  json_["lights"][0]["size"] = {1, 2};
+  refuse("/lights/0/radius", 1, {"lights[0].radius", "no radius of a rectangle"});
+  refuse("/lights/0/texture", "a.exr", {"lights[0].texture", "reads no pictures"});
+  refuse("/lights/0/texture", "a\n.exr", {"lights[0].texture", "control characters"});
+}
+
+TEST_F(SceneFile, RefusesTexturesThatAreNoLight) {
+  const auto refuse_texture = [&](glm::uvec2 resolution, std::vector<glm::vec3> texels, std::string_view expected) {
+    Scene scene = load();
+    scene.lights[0].shape = halfshade::LightShape::rectangle;
+    scene.lights[0].size = {1, 1};
+    scene.lights[0].texture = std::make_shared<halfshade::LightTexture>(halfshade::LightTexture{"t.exr", resolution, texels});
+    expect_error<InputError>([&] { validate(scene, "here"); }, {"here", "lights[0]", "texture", "t.exr", expected});
+  };
+  refuse_texture({1, 1}, {glm::vec3(0.0f)}, "not black all over");
+  refuse_texture({1, 1}, {glm::vec3(1, -1, 0)}, "at least 0");
+  refuse_texture({1, 1}, {glm::vec3(1, NAN, 0)}, "finite");
+  refuse_texture({2, 1}, {glm::vec3(1.0f)}, "as many texels");
+  refuse_texture({0, 0}, {}, "as many texels");
+  Scene scene = load();
+  scene.lights[0].texture = std::make_shared<halfshade::LightTexture>(halfshade::LightTexture{"t.exr", {1, 1}, {glm::vec3(1)}});
+  expect_error<InputError>([&] { validate(scene, "here"); }, {"none for a disc"});
 }
 
 TEST_F(SceneFile, EveryKeyIsRead) {

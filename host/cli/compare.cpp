@@ -173,6 +173,7 @@ std::pair<std::string, std::string> light_metadata(const Light& light) {
     json["target"] = list(light.target);
     json["cone_deg"] = light.cone_deg;
   }
+  if (light.shape == LightShape::rectangle) json["size"] = Json{light.size.x, light.size.y};
   if (light.up) json["up"] = list(*light.up);
   return {"light." + light.name, json.dump()};
 }

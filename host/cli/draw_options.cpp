@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "image_io.hpp"
 #include "shared.h"
 
 namespace halfshade {
@@ -157,7 +158,7 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
 }
 
 Scene DrawOptions::load() const {
-  Scene scene = load_scene(scene_path);
+  Scene scene = load_scene(scene_path, read_light_texture);
   if (!resolution.empty()) {
     const std::vector<std::string> sides = split(resolution, 'x');
     if (sides.size() != 2) throw InputError(fmt::format("--resolution: expected WxH, as 1024x1024 (found '{}')", resolution));

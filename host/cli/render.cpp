@@ -26,7 +26,7 @@ struct RenderOptions {
   DrawOptions draw;
   fs::path folder = "out";
   std::string frames;
-  bool png = false, half = false, light_buffers = false, quiet = false;
+  bool png = false, half = false, light_buffers = false, stats = false, quiet = false;
 };
 
 struct FrameRange {
@@ -62,9 +62,7 @@ void prepare_folder(const fs::path& folder) {
 class Progress {
  public:
   Progress(std::size_t steps, bool quiet) : steps_(steps), quiet_(quiet), on_terminal_(isatty(STDERR_FILENO) != 0) {}
-  ~Progress() {
-    if (!quiet_ && on_terminal_) fmt::print(stderr, "\r\x1b[K");
-  }
+  ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
@@ -82,6 +80,9 @@ class Progress {
   void end_step(const std::string& what) {
     ++done_;
     if (!quiet_ && !on_terminal_) fmt::print(stderr, "{}/{}: {}\n", done_, steps_, what);
+  }
+  void clear() {
+    if (!quiet_ && on_terminal_) fmt::print(stderr, "\r\x1b[K");
   }
   /// For what the user should know although nothing failed.
   void note(const std::string& text) {
@@ -105,6 +106,25 @@ Metadata frame_metadata(const RenderOptions& options, const Settings& settings, 
   metadata.emplace_back("render_ms", fmt::format("{:.3f}", render_ms));
   for (const Light& light : scene.lights) metadata.push_back(light_metadata(light));
   return metadata;
+}
+
+/// What the last frame was made of. A number that the method has no use for is left out.
+void print_stats(const std::string& title, const FrameStats& stats, Method method) {
+  fmt::print("{}: {} triangles, {} vertices, {} edges\n", title, stats.triangles, stats.vertices, stats.edges);
+  for (const FrameStats::PerLight& light : stats.lights) {
+    if (light.skipped) {
+      fmt::print("  {}: nothing casts a shadow in its reach\n", light.name);
+      continue;
+    }
+    fmt::print("  {}: light map {}x{}, {} triangles in tiles", light.name, light.light_map_px.x, light.light_map_px.y,
+               light.triangle_tile_references);
+    if (light.silhouette_edges > 0)
+      fmt::print(", {} silhouette edges, {} {}, {} in tiles", light.silhouette_edges, light.features,
+                 method == Method::exact ? "edge records" : "fins", light.feature_tile_references);
+    if (method == Method::exact) fmt::print(", {} pixels with negative depth complexity", light.negative_pixels);
+    fmt::print("\n");
+  }
+  std::fflush(stdout);
 }
 
 void write_light_buffers(const fs::path& folder, const std::string& stem, Renderer& renderer, std::span<const Light> lights,
@@ -155,6 +175,10 @@ void run_render(const RenderOptions& options) {
       write_frame_exr(path, frame, light_names, options.half, metadata);
       if (options.png) write_frame_png(options.folder / (stem + ".png"), frame);
       if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, scene.lights, metadata, progress);
+      if (options.stats) {
+        progress.clear();
+        print_stats(stem, renderer.stats(), settings.method);
+      }
       progress.end_step(fmt::format("{} ({:.1f} ms)", path.string(), render_ms));
     }
   }
@@ -171,6 +195,7 @@ void add_render(CLI::App& program) {
   command->add_flag("--png", options->png, "Also a PNG beside each EXR (clipped, sRGB)");
   command->add_flag("--half", options->half, "16-bit floats for shaded and visibility channels");
   command->add_flag("--light-buffers", options->light_buffers, "Also each light's buffers: shadow map, fins");
+  command->add_flag("--stats", options->stats, "Print what each frame was made of: edges, tiles, light maps");
   command->add_flag("-q,--quiet", options->quiet, "No progress");
   command->footer(
       "Writes DIR/<scene>.<method>.<frame>.exr. An option that no chosen method heeds is an error.\n\n"

@@ -130,6 +130,7 @@ Json to_json(const Measurement& row) {
           {"time_ms", {{"median", row.median_ms()}, {"min", row.min_ms()}, {"cold", row.cold_ms}, {"runs", row.times_ms}}},
           {"stages_ms", stages},
           {"figures", to_json(row.figures)},
+          {"negative_pixels", row.negative_pixels ? Json(*row.negative_pixels) : Json(nullptr)},
           {"picture", row.picture}};
 }
 
@@ -139,6 +140,7 @@ void restore(Measurement& row, const Json& json) {
   row.times_ms = json.at("time_ms").at("runs").get<std::vector<double>>();
   for (const auto& [stage, ms] : json.at("stages_ms").items()) row.stages.push_back({stage, ms.get<double>()});
   row.figures = figures_from(json.at("figures"));
+  if (!json.at("negative_pixels").is_null()) row.negative_pixels = json.at("negative_pixels").get<std::uint32_t>();
   row.picture = json.at("picture");
 }
 
@@ -262,6 +264,7 @@ void measure(ReportScene& scene, const LightCase& light_case, std::vector<Measur
       for (std::size_t stage = 0; stage < row.stages.size(); ++stage) passes[stage].push_back(row.stages[stage].time_ms);
     }
     for (std::size_t stage = 0; stage < row.stages.size(); ++stage) row.stages[stage].time_ms = median_of(passes[stage]);
+    row.negative_pixels = scene.negative_pixels(light_case, row.candidate);
     saved();
   }
   // In turns, so that drift of the machine hits all alike.
@@ -288,15 +291,17 @@ void print_table(const Scene& scene, const Light& light, const RayScene& rays, c
   const ErrorFigures first = rows.empty() ? ErrorFigures{} : rows.front().figures;
   fmt::print("\n{}, light {}, {}x{}; {} counted pixels, {} in penumbra; tree built in {:.1f} ms\n", scene.name, light.name,
              scene.camera.resolution.x, scene.camera.resolution.y, first.counted_pixels, first.penumbra_pixels, rays.build_ms());
-  fmt::print("{:<80} {:>9} {:>9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>6} {:>6} {:>4} {:>9}\n", "method (* not beaten)",
-             "median ms", "min ms", "rmse", "pen_rmse", "bias", "max", "p99.9", "bad", "lit!", "umbra!", "nan", "rays need");
+  fmt::print("{:<80} {:>9} {:>9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>6} {:>6} {:>4} {:>4} {:>9}\n", "method (* not beaten)",
+             "median ms", "min ms", "rmse", "pen_rmse", "bias", "max", "p99.9", "bad", "lit!", "umbra!", "nan", "neg",
+             "rays need");
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Measurement& row = rows[i];
     const ErrorFigures& f = row.figures;
     const Json& rays_ms = results[i]["rays_time_at_error_ms"];
-    fmt::print("{:<80} {:>9.2f} {:>9.2f} {:>8.5f} {:>8.5f} {:>+8.4f} {:>7.4f} {:>7.4f} {:>7.4f} {:>6} {:>6} {:>4} {:>9}\n",
+    fmt::print("{:<80} {:>9.2f} {:>9.2f} {:>8.5f} {:>8.5f} {:>+8.4f} {:>7.4f} {:>7.4f} {:>7.4f} {:>6} {:>6} {:>4} {:>4} {:>9}\n",
                (results[i]["pareto"].get<bool>() ? "* " : "  ") + row.candidate.label(), row.median_ms(), row.min_ms(), f.rmse,
                f.penumbra_rmse, f.bias, f.max_error, f.p999_error, f.bad_fraction, f.false_lit, f.false_umbra, f.nonfinite,
+               row.negative_pixels ? fmt::format("{}", *row.negative_pixels) : "",
                rays_ms.is_null() ? ">" : fmt::format("{:.1f}", rays_ms.get<double>()));
   }
   std::fflush(stdout);
@@ -359,6 +364,10 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
       });
       std::vector<Measurement> rows;
       for (const Candidate& candidate : all) {
+        const Settings* settings = std::get_if<Settings>(&candidate.how);
+        if (settings != nullptr &&
+            !std::ranges::all_of(scenes[s].lights, [&](const Light& one) { return can_draw(*settings, one); }))
+          continue;  // frames are drawn with all lights
         Measurement& row = rows.emplace_back();
         row.candidate = candidate;
       }

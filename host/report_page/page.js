@@ -287,6 +287,7 @@
       ['bias', figure('bias'), fixed(4)], ['max error', figure('max_error'), fixed(4)], ['99.9 %', figure('p999_error'), fixed(4)],
       ['bad fraction', figure('bad_fraction'), fixed(5)], ['false lit', figure('false_lit'), whole],
       ['false umbra', figure('false_umbra'), whole], ['not finite', figure('nonfinite'), whole],
+      ['negative depth', r => r.negative_pixels, value => value === null ? '' : whole(value)],
       ['passes, ms', r => Object.values(r.stages_ms).reduce((a, b) => a + b, 0), null]];
     const body = element('tbody'), rows = light.results.slice();
     const heads = columns.map(([name, value], i) => element('th', {scope: 'col'}, element('button', {type: 'button', onclick: () => sort(i)}, name)));

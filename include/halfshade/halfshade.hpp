@@ -31,6 +31,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
@@ -105,7 +106,17 @@ enum class LightType {
   point,        ///< a ball of `radius` about `position`, shining all around; a receiver sees the disc that faces it
 };
 
+enum class LightShape { disc, rectangle };
+
+/// A picture that a light shows: how bright, and of which colour, its points are. Finite, not negative, not all black; linear.
+struct LightTexture {
+  std::string name;  ///< where it came from, for messages
+  glm::uvec2 resolution{0, 0};
+  std::vector<glm::vec3> texels;  ///< row-major, first row at the top (the frustum's up)
+};
+
 /// An area light. No falloff with distance: intensity is what a surface facing the light receives.
+/// Which methods know a rectangle is said at MethodInfo::any_shape; the others throw InputError.
 struct Light {
   std::string name;
   LightType type = LightType::spot;
@@ -119,6 +130,11 @@ struct Light {
   double cone_deg = 60.0;                ///< spot: full angle of the square frustum, 0 < cone_deg < 175
   glm::vec3 color{1.0f};
   double intensity = 1.0;
+  LightShape shape = LightShape::disc;
+  glm::dvec2 size{0.0};  ///< of a rectangle: width and height, along the frustum's right and up; (0, 0) is a point
+  /// On a rectangle: its points are as bright as this, times color and intensity. The light's visibility is then the fraction of
+  /// its luminance that is seen, and `render` shades with the mean colour of what is seen. Null: all points alike.
+  std::shared_ptr<const LightTexture> texture = nullptr;
 };
 
 std::string_view name_of(LightType type);  ///< as in scene files
@@ -149,8 +165,12 @@ struct Scene {
   Animation animation;
 };
 
-/// Reads a scene file (JSON, see README) and the meshes it names, each once. Throws InputError.
-Scene load_scene(const std::filesystem::path& path);
+/// Reads a light's texture. The library itself reads no pictures.
+using LightTextureReader = std::function<std::shared_ptr<const LightTexture>(const std::filesystem::path& path)>;
+
+/// Reads a scene file (JSON, see README) and the meshes it names, each once. Throws InputError, also for a light with a texture
+/// where no reader is given.
+Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture = {});
 
 /// The scene with its animation tracks applied at `frame`.
 Scene scene_at_frame(const Scene& scene, int frame);
@@ -221,6 +241,7 @@ struct MethodInfo {
   std::string_view options;  ///< names of the settings it heeds, separated by spaces
   Falloff falloff;           ///< by default, for methods that heed it: the one with the least error
   Falloff faithful_falloff;  ///< the one of its paper
+  bool any_shape = false;    ///< draws lights of every LightShape; methods without penumbra take their centre. Else discs alone
 };
 
 /// Every method, in the order of the report.
@@ -252,6 +273,8 @@ struct Settings {
 Falloff chosen_falloff(const Settings& settings);
 /// The number of samples that a method is drawn with.
 unsigned chosen_samples(const Settings& settings);
+/// Whether a light of this shape is drawn with these settings; where not, rendering throws InputError.
+bool can_draw(const Settings& settings, const Light& light);
 
 // ------------------------------------------------------------------------------------------------------------- renderer
 
@@ -345,7 +368,7 @@ class Renderer {
                           std::size_t plane = 0, std::span<const cl_event> wait = {}, cl_event* done = nullptr);
 
   /// Enqueues shading of a G-buffer with one visibility plane a light, in the scene's order, into `rgb` (float4 a pixel, w = 1
-  /// where something is seen).
+  /// where something is seen). A textured light has its mean colour.
   void enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb);
 
   /// Copies of the last frame that `render` drew; waits.

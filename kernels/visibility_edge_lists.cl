@@ -1,0 +1,215 @@
+// Which edges a group of neighbouring receivers may have before its disc, for visibility_exact.cl: from the tile's list to a
+// batch's, from that to a chunk's.
+
+// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges, HS_CHUNK neighbours of them a shorter one.
+#if HS_LANES == 16
+#define HS_CHUNK 64
+#define HS_BATCH 1024
+#define HS_LISTED 2048
+#else
+#define HS_CHUNK 1
+#define HS_BATCH 1
+#define HS_LISTED 1
+#endif
+
+// Receivers that are counted together.
+typedef struct {
+  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];                      // light space, lifted off their surface
+  float u[HS_BATCH], v[HS_BATCH];                                   // texels, centres at half-integers as rasterizers have it
+  float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
+} Batch;
+
+// Where some of them are.
+typedef struct {
+  float3 middle, half_size;   // light space
+  float2 middle_px, half_px;  // map
+  float far_z, d_far;         // depth of the farthest, and its 1/z
+} Region;
+
+// Edges that some receiver of a region may have before its disc: HsEdge, a field an array.
+typedef struct {
+  float ax[HS_LISTED], ay[HS_LISTED], az[HS_LISTED], bx[HS_LISTED], by[HS_LISTED], bz[HS_LISTED];
+  float n0x[HS_LISTED], n0y[HS_LISTED], n0z[HS_LISTED], n0w[HS_LISTED];
+  float n1x[HS_LISTED], n1y[HS_LISTED], n1z[HS_LISTED], n1w[HS_LISTED];
+  int m[HS_LISTED], o0[HS_LISTED], o1[HS_LISTED];
+} EdgeList;
+
+// A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
+// the rasterizer snaps vertices to a 256th, and the rounding of coordinates. slope_ls: of its plane's 1/z in q.
+HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
+                                 __global const float4* normal, float2* slope_ls) {
+  float4 p;
+  float error;
+  if (view.has_depth) {
+    const float z = depth_or_position[pixel];
+    p = z * (view.ray0 + (float)(pixel % view.width_px) * view.ray_dx + (float)(pixel / view.width_px) * view.ray_dy) +
+        view.origin;
+    error = z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f) +
+            view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-23f;
+  } else {
+    const float4 q = ((__global const float4*)depth_or_position)[pixel];
+    const float4 h = (float4)(q.xyz, 1.0f);
+    p = (float4)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h), dot(view.from_world_w, h));
+    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) +
+             view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
+                          fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
+                1e-6f +
+            distance_from_camera(view, p) * view.size_per_px * (1.0f / 128.0f);
+  }
+  const float3 n = normal[pixel].xyz;
+  p += (float4)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n),
+                dot(view.from_world_w.xyz, n)) *
+       error;
+  // As in locate.
+  *slope_ls = (float2)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n));
+  *slope_ls /= fmin(view.axis_ws.w * dot(*slope_ls, p.xy) + dot(view.axis_ws.xyz, n) * p.z, -1e-30f);
+  return p.xyz / fmax(p.w, 1e-20f);
+}
+
+HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
+                          __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
+  for (int i = 0; i < count; ++i) {
+    float2 slope;
+    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &slope);
+    const float3 px = project_px(light, p);
+    batch->x[i] = p.x;
+    batch->y[i] = p.y;
+    batch->z[i] = p.z;
+    batch->u[i] = px.x;
+    batch->v[i] = px.y;
+    batch->plane_d[i] = px.z;
+    batch->plane_dx[i] = slope.x / light.px_from_q.x;
+    batch->plane_dy[i] = slope.y / light.px_from_q.z;
+  }
+}
+
+HS_INLINE Region region_of(const Batch* batch, int first, int end) {
+  float3 low = (float3)(1e30f), high = (float3)(-1e30f);
+  float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
+  for (int i = first; i < end; ++i) {
+    const float3 p = (float3)(batch->x[i], batch->y[i], batch->z[i]);
+    const float2 px = (float2)(batch->u[i], batch->v[i]);
+    low = fmin(low, p);
+    high = fmax(high, p);
+    low_px = fmin(low_px, px);
+    high_px = fmax(high_px, px);
+  }
+  const Region region = {0.5f * (low + high), 0.5f * (high - low), 0.5f * (low_px + high_px), 0.5f * (high_px - low_px), high.z,
+                         1.0f / high.z};
+  return region;
+}
+
+// The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
+HS_INLINE vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
+  const vfloat v = nx * region->middle.x + ny * region->middle.y + nz * region->middle.z - w;
+  const vfloat reach = fabs(nx) * region->half_size.x + fabs(ny) * region->half_size.y + fabs(nz) * region->half_size.z +
+                       1e-6f * (fabs(w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
+  return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
+}
+
+HS_INLINE int side_of_region1(const Region* region, float4 plane) {
+  const float v = dot(plane.xyz, region->middle) - plane.w;
+  const float reach = dot(fabs(plane.xyz), region->half_size) +
+                      1e-6f * (fabs(plane.w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
+  return v > reach ? 1 : v < -reach ? -1 : 0;
+}
+
+// Copies an edge of the tile if a receiver of the region may need it.
+HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to,
+                         int slot) {
+  const float4 a = from->a, b = from->b;
+  if (fmin(a.z, b.z) >= region->far_z) return false;
+  const float4 plane0 = from->plane0, plane1 = from->plane1;
+  const int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
+  const int side0 = side_of_region1(region, plane0), side1 = side_of_region1(region, plane1);
+  if ((o0 == 0 || side0 != 0) && (o1 == 0 || side1 != 0) && m + o0 * side0 + o1 * side1 == 0) return false;
+  const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
+  if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
+  to->ax[slot] = a.x;
+  to->ay[slot] = a.y;
+  to->az[slot] = a.z;
+  to->bx[slot] = b.x;
+  to->by[slot] = b.y;
+  to->bz[slot] = b.z;
+  to->n0x[slot] = plane0.x;
+  to->n0y[slot] = plane0.y;
+  to->n0z[slot] = plane0.z;
+  to->n0w[slot] = plane0.w;
+  to->n1x[slot] = plane1.x;
+  to->n1y[slot] = plane1.y;
+  to->n1z[slot] = plane1.z;
+  to->n1w[slot] = plane1.w;
+  to->m[slot] = m;
+  to->o0[slot] = o0;
+  to->o1[slot] = o1;
+  return true;
+}
+
+// Makes a list a whole number of vectors long, with edges that are none.
+HS_INLINE void pad_list(EdgeList* list, int count) {
+  for (int i = count; i & (HS_LANES - 1); ++i) {
+    list->m[i] = list->o0[i] = list->o1[i] = 0;
+    list->ax[i] = list->ay[i] = list->bx[i] = list->by[i] = 0.0f;
+    list->az[i] = list->bz[i] = 1.0f;
+  }
+}
+
+// The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
+// most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
+HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count,
+                          EdgeList* to) {
+  int taken = 0;
+  for (int i = 0; i < count; i += HS_LANES) {
+    vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
+    const vint side0 =
+        side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
+    const vint side1 =
+        side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
+    const vint m = v_load(from->m + i) + o0 * side0 + o1 * side1;
+    o0 = v_select(o0, (vint)(0), side0 != 0);
+    o1 = v_select(o1, (vint)(0), side1 != 0);
+    vint keep = (m | o0 | o1) != 0;
+    if (!v_any(keep)) continue;
+
+    // As capsule_touches.
+    const vfloat az = v_load(from->az + i), bz = v_load(from->bz + i);
+    const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
+    const vfloat da = 1.0f / az, db = 1.0f / bz;
+    const vfloat ax = v_load(from->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat ay = v_load(from->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const vfloat bx = v_load(from->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat by = v_load(from->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const float slack = HS_NEAR_PX + 0.25f;
+    const vfloat ra = radius_px * fmax(da - region->d_far, 0.0f) + slack, rb = radius_px * fmax(db - region->d_far, 0.0f) + slack;
+    const vfloat ex = bx - ax, ey = by - ay;
+    const vfloat across = ax * ey - ay * ex, reach = fmax(ra, rb);
+    const vfloat limit = reach * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * region->half_px.y + fabs(ey) * region->half_px.x;
+    const vint touches = (fmin(az, bz) < region->far_z) & (fmin(ax - ra, bx - rb) <= region->half_px.x) &
+                         (fmax(ax + ra, bx + rb) >= -region->half_px.x) & (fmin(ay - ra, by - rb) <= region->half_px.y) &
+                         (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
+    keep &= touches | everywhere;
+    for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
+      const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
+      to->ax[taken] = from->ax[k];
+      to->ay[taken] = from->ay[k];
+      to->az[taken] = from->az[k];
+      to->bx[taken] = from->bx[k];
+      to->by[taken] = from->by[k];
+      to->bz[taken] = from->bz[k];
+      to->n0x[taken] = from->n0x[k];
+      to->n0y[taken] = from->n0y[k];
+      to->n0z[taken] = from->n0z[k];
+      to->n0w[taken] = from->n0w[k];
+      to->n1x[taken] = from->n1x[k];
+      to->n1y[taken] = from->n1y[k];
+      to->n1z[taken] = from->n1z[k];
+      to->n1w[taken] = from->n1w[k];
+      to->m[taken] = HS_LANE(m, lane);
+      to->o0[taken] = HS_LANE(o0, lane);
+      to->o1[taken] = HS_LANE(o1, lane);
+      ++taken;
+    }
+  }
+  pad_list(to, taken);
+  return taken;
+}

@@ -1,0 +1,77 @@
+// Points of lights: spread over their shape, and where they are bright.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "light_samples.hpp"
+#include "light_view.hpp"
+
+namespace halfshade {
+namespace {
+
+Light rectangle(glm::dvec2 size, glm::uvec2 resolution = {0, 0}, std::vector<glm::vec3> texels = {}) {
+  Light light;
+  light.shape = LightShape::rectangle;
+  light.size = size;
+  if (!texels.empty()) light.texture = std::make_shared<LightTexture>(LightTexture{"test", resolution, std::move(texels)});
+  return light;
+}
+
+TEST(LightPoints, OfADiscAreDiscSamples) {
+  EXPECT_EQ(light_points(Light{}, 64, 3).points, disc_samples(64, 3));
+  EXPECT_TRUE(light_points(Light{}, 64).weights.empty());
+}
+
+TEST(LightPoints, FillARectangleOneAStratum) {
+  const Light light = rectangle({3, 4});
+  EXPECT_EQ(disc_radius(light), 2.5);
+  std::set<std::pair<int, int>> cells;
+  for (const glm::dvec2& p : light_points(light, 64).points) {
+    const glm::dvec2 square = p * 2.5 / glm::dvec2(3, 4) + 0.5;
+    EXPECT_TRUE(square.x > 0 && square.x < 1 && square.y > 0 && square.y < 1);
+    cells.insert({static_cast<int>(square.x * 8), static_cast<int>(square.y * 8)});
+  }
+  EXPECT_EQ(cells.size(), 64u);
+  EXPECT_NE(light_points(light, 64, 1).points, light_points(light, 64, 2).points);
+  EXPECT_EQ(light_points(light, 1).points, std::vector<glm::dvec2>{glm::dvec2(0.0)});
+  EXPECT_EQ(light_points(rectangle({0, 0}), 4).points, std::vector<glm::dvec2>(4, glm::dvec2(0.0)));
+}
+
+TEST(LightPoints, OfATextureAreWhereItIsBright) {
+  // Top row: black, 1, 0; bottom row: 2, 0, 1.
+  const auto grey = [](float v) { return glm::vec3(v); };
+  const Light light = rectangle({2, 2}, {3, 2}, {grey(0), grey(1), grey(0), grey(2), grey(0), grey(1)});
+  const double radius = disc_radius(light);
+  int counts[2][3] = {};
+  const LightPoints points = light_points(light, 256);
+  for (const glm::dvec2& p : points.points) {
+    const glm::dvec2 at = (p * radius + 1.0) / 2.0;  // up is the first row
+    ++counts[at.y > 0.5 ? 0 : 1][static_cast<int>(at.x * 3)];
+  }
+  EXPECT_EQ(counts[0][0] + counts[0][2] + counts[1][1], 0);
+  EXPECT_NEAR(counts[0][1], 64, 1);
+  EXPECT_NEAR(counts[1][0], 128, 8);
+  EXPECT_NEAR(counts[1][2], 64, 8);
+  for (const glm::vec3& weight : points.weights) EXPECT_NEAR(weight.g, 1.0f, 1e-5f);
+  EXPECT_EQ(mean_color(light), glm::dvec3(4.0 / 6.0));
+}
+
+TEST(LightPoints, HaveWeightsThatAreOneOnAverageInEachChannel) {
+  const Light light = rectangle({2, 1}, {2, 2}, {{1, 0, 0}, {0, 0.5, 0}, {0.25, 0.25, 0}, {0, 0, 0}});
+  glm::dvec3 sum(0.0);
+  const LightPoints points = light_points(light, 64);
+  for (const glm::vec3& weight : points.weights) sum += glm::dvec3(weight);
+  EXPECT_NEAR(sum.r, 64.0, 1e-4);
+  EXPECT_NEAR(sum.g, 64.0, 1e-4);
+  EXPECT_EQ(sum.b, 0.0);  // it has no blue
+}
+
+TEST(LightPoints, KeepTheirWeightsWhenSorted) {
+  const Light light = rectangle({2, 1}, {2, 1}, {{1, 0, 0}, {0, 0, 1}});
+  const SampleTable table = sample_table(light_points(light, 64));
+  ASSERT_EQ(table.weights.size(), 3 * 64u);
+  for (std::size_t i = 0; i < 64; ++i) EXPECT_EQ(table.weights[i] > 0.0f, table.samples[i] < 0.0f);
+}
+
+}  // namespace
+}  // namespace halfshade
