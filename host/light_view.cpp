@@ -176,12 +176,14 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   // A shadow falls where the light cone, the casters widened by their penumbrae, and the receivers overlap.
   const std::vector<std::uint32_t> lit = meshes_in_view(fitted.frustum, meshes, 0.0, 1e300);
   ViewBounds casting, receiving;
+  fitted.casters_znear = 1e300;
   for (const std::uint32_t i : lit) {
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
     if (meshes[i].casts_shadow && !casts_on_nothing(fitted.frustum, light.radius, meshes, lit, i)) {
       const double widest = bounds.z_low > 0.0 ? light.radius / bounds.z_low : 2.0 * cone;
       casting.q_low = glm::min(casting.q_low, bounds.q_low - widest);
       casting.q_high = glm::max(casting.q_high, bounds.q_high + widest);
+      fitted.casters_znear = std::min(fitted.casters_znear, bounds.z_low * 0.999);
       fitted.casters.push_back(i);
     }
     if (meshes[i].receives_shadow) {
@@ -219,6 +221,7 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   fitted.lm_from_px_origin = corner;
   fitted.zfar = z_high * 1.001;
   fitted.znear = std::max(z_low * 0.999, fitted.zfar * 1e-4);
+  fitted.casters_znear = std::max(fitted.casters_znear, fitted.znear);
   fitted.view.znear = static_cast<float>(fitted.znear);
   fitted.view.d_far = static_cast<float>(1.0 / fitted.zfar);
   return fitted;

@@ -36,6 +36,7 @@ struct LightView {
   double lm_from_px_scale = 0.0;       ///< light map units a texel
   glm::dvec2 lm_from_px_origin{0.0};   ///< light map coordinates of the top left corner of texel (0, 0)
   double znear = 0.0, zfar = 0.0;
+  double casters_znear = 0.0;  ///< no caster is nearer
 };
 
 /// T · Rz·Ry·Rx · S, then the mesh's local origin.

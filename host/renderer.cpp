@@ -621,6 +621,10 @@ struct Renderer::State {
       draw_samples(has_depth, gbuffer.resolution, light, fitted, settings, depth_or_position, normals, out, plane);
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
+    else if (settings.method == Method::pcss && light.radius > 0.0)
+      receive("receive_pcss", shadow_map.get(), fin_shape(light, fitted, settings).radius_px,
+              static_cast<cl_float>(1.0 / fitted.casters_znear), cl_uint{settings.pcss_taps},
+              samples_of(settings.pcss_taps).samples);
     else if (!has_fins(settings, light))
       receive("receive_hard", shadow_map.get());
     else if (settings.method == Method::smoothies)
@@ -674,6 +678,8 @@ struct Renderer::State {
           fmt::format("{}: light map resolution {}: expected 1 to {}", caller, settings.light_resolution_px, HS_MAX_RESOLUTION));
     if (settings.pcf_filter != 2 && settings.pcf_filter != 4)
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
+    if (settings.pcss_taps != 16 && settings.pcss_taps != 32)
+      throw InputError(fmt::format("{}: {} PCSS taps: expected 16 or 32", caller, settings.pcss_taps));
     if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
       throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
     const unsigned samples = chosen_samples(settings);

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 HALFSHADE_DEVICE=Oclgrind oclgrind --check-api --data-races --log "$folder/log" \
-  build/release/halfshade render data/scenes/boxes.json --method hard,pcf,smoothies,penumbra-maps,fins,layered-fins,light-samples --light-buffers -o "$folder" \
+  build/release/halfshade render data/scenes/boxes.json --method hard,pcf,pcss,smoothies,penumbra-maps,fins,layered-fins,light-samples --light-buffers -o "$folder" \
   --resolution 64x64 --light-res 64
 if [[ -s $folder/log ]]; then
   head -n 40 "$folder/log" >&2
