@@ -12,7 +12,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- figures: scripts/readme_figures.py REPORT.json -->\n", "<!-- figures end -->\n"
 PLOT = "data/images/speed_error.svg"
-COLORS = ["#0b63c5", "#b84a00", "#0b7a53", "#9b2c86", "#7a5c00", "#00707f", "#b3203a", "#5646c2"]
+COLORS = ["#0b63c5", "#b84a00", "#0b7a53", "#9b2c86", "#7a5c00", "#00707f", "#b3203a", "#5646c2", "#4d7300", "#6b4a3a"]
 WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM = 420, 300, 48, 30, 12, 36
 
 

@@ -154,23 +154,44 @@ class ReportTest(unittest.TestCase):
 
     # ------------------------------------------------------------------------------------------------------ interruption
 
-    def test_an_interrupted_run_goes_on(self):
-        folder = self.temporary / "interrupted"
-        arguments = [*SCENES, "--repeat", "9", *SMALL]
+    def interrupt(self, folder, arguments, when):
+        """Begins a report and interrupts it as soon as `when` holds of what it has written."""
         command = [HALFSHADE, "report", *arguments, "-o", str(folder), "--cache", str(self.temporary / "cache")]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         end = time.monotonic() + 120
-        while time.monotonic() < end:
+        while time.monotonic() < end and process.poll() is None:
             try:
-                if len(results_of(load(folder))) >= 3:
+                if when(load(folder)):
                     break
             except FileNotFoundError:
                 pass
-            time.sleep(0.02)
+            time.sleep(0.005)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), -signal.SIGINT)
-        before = load(folder)
-        self.assertFalse(before["complete"])
+        data = load(folder)
+        self.assertFalse(data["complete"])
+        return data
+
+    def test_interrupted_twice_nothing_is_lost(self):
+        # In the second scene; then again, while the first is being taken over.
+        folder = self.temporary / "twice"
+        arguments = [*SCENES, "--repeat", "40", *SMALL, "--methods", "hard,pcf,smoothies,rays"]
+        before = self.interrupt(folder, arguments, lambda data: len(results_of({"scenes": data["scenes"][1:]})) > 3)
+        kept = [{r["label"]: r["time_ms"]["cold"] for r in scene["lights"][0]["results"]} for scene in before["scenes"]]
+        self.assertGreater(len(kept[1]), 3)
+        self.interrupt(folder, [*arguments[:-1], "hard,pcf,smoothies,rays,fins"], lambda data: "fins" in data["command"])
+        report(folder, *arguments)
+        after = load(folder)
+        self.assertTrue(after["complete"])
+        self.assertNotIn("earlier", after)
+        for scene, colds in zip(after["scenes"], kept):
+            now = {r["label"]: r["time_ms"]["cold"] for r in scene["lights"][0]["results"]}
+            self.assertEqual({label: now[label] for label in colds}, colds)
+
+    def test_an_interrupted_run_goes_on(self):
+        folder = self.temporary / "interrupted"
+        arguments = [*SCENES, "--repeat", "9", *SMALL]
+        before = self.interrupt(folder, arguments, lambda data: len(results_of(data)) >= 3)
         kept = {r["label"]: r for r in before["scenes"][0]["lights"][0]["results"]}
         self.assertEqual([p.name for p in folder.iterdir() if "tmp" in p.name], [])
 
