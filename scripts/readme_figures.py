@@ -66,15 +66,18 @@ def words(data):
         ours = [r for r in light["results"] if not is_rival(r)]
         front = list(dict.fromkeys(r["method"] for r in ours if r["pareto"]))
         beaten = [name for name in dict.fromkeys(r["method"] for r in ours) if name not in front]
-        text = f"{name_of(scene, light)}: not beaten by anything: {', '.join(front) or 'none of the methods'}."
+        text = f"{name_of(scene, light)}: not beaten by anything, in some setting: {', '.join(front) or 'none of the methods'}."
         if beaten:
             text += f" Beaten in every setting: {', '.join(beaten)}."
         won = sorted((r for r in light["results"] if is_rival(r) and r["pareto"]), key=lambda r: r["time_ms"]["median"])
+        sooner = [r["method"] for r in ours if r["is_default"] and (r["rays_time_at_error_ms"] or math.inf) < r["time_ms"]["median"]]
+        if sooner:
+            text += f" Rays reach sooner the error of {', '.join(sooner)}."
         if won:
             text += " Rays win with " + ", ".join(
                 f"{r['method']} {short_text(r)} ({ms_text(r['time_ms']['median'])} ms, {r['figures']['penumbra_rmse']:.3g})" for r in won) + "."
         else:
-            text += " Rays win nowhere."
+            text += " Rays win nowhere on the front."
         gains = [(r["rays_time_at_error_ms"] / r["time_ms"]["median"], r) for r in ours if r["rays_time_at_error_ms"] is not None]
         if gains:
             gain, r = max(gains, key=lambda pair: pair[0])
