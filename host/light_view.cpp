@@ -214,7 +214,8 @@ bool casts_on_nothing(const Light& light, const std::vector<PlacedMesh>& meshes,
   return true;
 }
 
-LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px) {
+LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px,
+                         bool searched) {
   LightView fitted;
   if (light.type == LightType::directional) {
     // As deep again behind the scene as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of
@@ -241,6 +242,7 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   const std::vector<std::uint32_t> lit = meshes_in_view(fitted.frustum, meshes, 0.0, 1e300);
   double farthest = 0.0;
   ViewBounds casting, receiving;
+  fitted.casters_znear = 1e300;
   for (const std::uint32_t i : lit) {
     if (!meshes[i].receives_shadow) continue;
     const ViewBounds bounds = bounds_in_view(fitted.frustum, meshes[i]);
@@ -261,10 +263,14 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
     if (!overlap(bounds, glm::dvec2(-cone), glm::dvec2(cone)) || casts_on_nothing(light, meshes, lit, i)) continue;
     casting.q_low = glm::min(casting.q_low, bounds.q_low);
     casting.q_high = glm::max(casting.q_high, bounds.q_high);
+    fitted.casters_znear = std::min(fitted.casters_znear, bounds.z_low * 0.999);
     fitted.casters.push_back(i);
   }
-  // Look-ups of receivers at a face's border read a texel beyond it.
-  const glm::dvec2 border(is_face ? cone * (1.0 + 8.0 / std::max(8u, resolution_px)) : cone);
+  // Look-ups of receivers at a face's border read a texel beyond it, a search as far as penumbrae may reach.
+  double beyond = is_face ? 8.0 / std::max(8u, resolution_px) : 0.0;
+  if (is_face && searched)
+    beyond += std::clamp(std::sqrt(3.0) * radius / std::max(fitted.casters_znear, 0.05 * farthest), 0.0, 1.0);
+  const glm::dvec2 border(cone + beyond);
   const glm::dvec2 low = glm::max(glm::max(casting.q_low, receiving.q_low), -border);
   const glm::dvec2 high = glm::min(glm::min(casting.q_high, receiving.q_high), border);
   if (fitted.casters.empty() || low.x >= high.x || low.y >= high.y) {
@@ -305,6 +311,8 @@ LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& mesh
   fitted.lm_from_px_origin = corner;
   fitted.zfar = z_high * 1.001;
   fitted.znear = std::max(z_low * 0.999, fitted.zfar * 1e-4);
+  // Where a caster passes through the light's plane its depth says nothing: a search as wide as 1/z asks for would step over all.
+  fitted.casters_znear = std::max(fitted.casters_znear, fitted.casters_znear > 0.0 ? fitted.znear : 0.05 * fitted.zfar);
   fitted.view.znear = static_cast<float>(fitted.znear);
   fitted.view.d_far = static_cast<float>(1.0 / fitted.zfar);
   return fitted;

@@ -41,6 +41,7 @@ struct LightView {
   double lm_from_px_scale = 0.0;       ///< light map units a texel
   glm::dvec2 lm_from_px_origin{0.0};   ///< light map coordinates of the top left corner of texel (0, 0)
   double znear = 0.0, zfar = 0.0;      ///< in the frustum's space
+  double casters_znear = 0.0;          ///< no caster is nearer; where some pass through the light's plane, a twentieth of zfar
   double horizon = 0.0, unit = 1.0;    ///< of a directional light's frustum
 };
 
@@ -68,10 +69,12 @@ double disc_radius(const Light& light);
 HsView camera_view(const Camera& camera, unsigned tile_px);
 
 /// Fits a light map of at most `resolution_px` texels a side, square texels, to what casts in the light's cone and what receives
-/// there. A face of a point light has a border for look-ups, and what casts on it from beyond. Its texel size moves in steps of
+/// there. A face of a point light has a border for look-ups, as wide as a penumbra if the map is to be `searched` for what casts
+/// one, and what casts on it from beyond. Its texel size moves in steps of
 /// an eighth of an octave and its corner on the texel grid, so that a small change in the scene mostly leaves every texel where
 /// it was, and shadows do not swim.
-LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px);
+LightView fit_light_view(const Light& light, const std::vector<PlacedMesh>& meshes, unsigned resolution_px, unsigned tile_px,
+                         bool searched = false);
 
 /// Point number `index` of `count` of the light, as a light without extent that faces the same way: of a disc in rings of equal
 /// area, turned from one to the next by the golden angle; of a ball so that they fill its disc evenly from wherever it is seen.

@@ -8,11 +8,13 @@
 namespace halfshade {
 namespace {
 
-constexpr std::array<MethodInfo, 8> method_table{{
+constexpr std::array<MethodInfo, 9> method_table{{
     {Method::hard, "hard", "shadow map, nearest texel; no penumbra", "Williams 1978", "light-res", Falloff::linear,
      Falloff::linear, true},
     {Method::pcf, "pcf", "shadow map, filtered comparisons (2x2 bilinear or 4x4 bicubic); antialiased, no penumbra",
      "Reeves, Salesin & Cook 1987", "light-res pcf-filter", Falloff::linear, Falloff::linear, true},
+    {Method::pcss, "pcss", "shadow map, comparisons filtered as widely as the mean depth of the blockers around asks for",
+     "Fernando 2005", "light-res pcss-taps", Falloff::linear, Falloff::linear},
     {Method::smoothies, "smoothies", "outer penumbra from quads and corners at the silhouettes, minimum alpha",
      "Chan & Durand 2003", "light-res smoothie-width falloff faithful", Falloff::sine, Falloff::sine},
     {Method::penumbra_maps, "penumbra-maps", "outer penumbra from cones and sheets at the silhouettes, darkest wins",

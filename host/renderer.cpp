@@ -662,7 +662,9 @@ struct Renderer::State {
   void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& out, cl_uint plane,
                        const Tints& tinting = {}) {
     const std::span<LightFace> own = faces_of_light(light);
-    for (LightFace& face : own) face.fitted = fit_light_view(face.as, placed, settings.light_resolution_px, device->tile_px);
+    for (LightFace& face : own)
+      face.fitted =
+          fit_light_view(face.as, placed, settings.light_resolution_px, device->tile_px, settings.method == Method::pcss);
     label = scene.lights[light].name;
     if (own.size() > 1) fill_plane(out, plane, 1.0f);  // where no face reaches: the light's very centre
     const bool casts = std::ranges::any_of(own, [](const LightFace& face) { return !face.fitted.casters.empty(); });
@@ -695,6 +697,10 @@ struct Renderer::State {
       receive("receive_all");
     else if (settings.method == Method::pcf)
       settings.pcf_filter == 4 ? receive("receive_pcf4", shadow_map.get()) : receive("receive_pcf2", shadow_map.get());
+    else if (settings.method == Method::pcss && disc_radius(light) > 0.0)
+      receive("receive_pcss", shadow_map.get(), fin_shape(light, fitted, settings),
+              static_cast<cl_float>(1.0 / fitted.casters_znear), cl_uint{settings.pcss_taps},
+              samples_of(light, settings.pcss_taps).samples);
     else if (!has_fins(settings, light))
       receive("receive_hard", shadow_map.get());
     else if (settings.method == Method::smoothies)
@@ -752,6 +758,8 @@ struct Renderer::State {
           fmt::format("{}: light map resolution {}: expected 1 to {}", caller, settings.light_resolution_px, HS_MAX_RESOLUTION));
     if (settings.pcf_filter != 2 && settings.pcf_filter != 4)
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
+    if (settings.pcss_taps != 16 && settings.pcss_taps != 32)
+      throw InputError(fmt::format("{}: {} PCSS taps: expected 16 or 32", caller, settings.pcss_taps));
     if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
       throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
     const unsigned samples = chosen_samples(settings);

@@ -50,6 +50,7 @@ struct SettingAxis {
 const std::vector<SettingAxis>& setting_axes() {
   static const std::vector<SettingAxis> axes{
       {"pcf-filter", {2, 4}, {2, 4}, [](Settings& s, double v) { s.pcf_filter = static_cast<unsigned>(v); }},
+      {"pcss-taps", {16, 32}, {16, 32}, [](Settings& s, double v) { s.pcss_taps = static_cast<unsigned>(v); }},
       {"smoothie-width", {0.0, 0.02, 0.05, 0.1, 0.2}, {0.0}, [](Settings& s, double v) { s.smoothie_width = v; }},
       {"samples", {16, 64, 256, 1024}, {16, 64, 256}, [](Settings& s, double v) { s.samples = static_cast<unsigned>(v); }},
       {"sample-pattern",

@@ -125,11 +125,14 @@ typedef struct {
   vfloat s, t;
 } Footprint;
 
-HS_INLINE Footprint footprint(const HsView light, const Receiver* r) {
-  const vfloat x = min(max(floor(r->u), 0.0f), (float)light.width_px - 2.0f);
-  const vfloat y = min(max(floor(r->v), 0.0f), (float)light.height_px - 2.0f);
-  const Footprint f = {v_int(x), v_int(y), min(max(r->u - x, 0.0f), 1.0f), min(max(r->v - y, 0.0f), 1.0f)};
+HS_INLINE Footprint footprint_at(const HsView light, vfloat u, vfloat v) {
+  const vfloat x = min(max(floor(u), 0.0f), (float)light.width_px - 2.0f);
+  const vfloat y = min(max(floor(v), 0.0f), (float)light.height_px - 2.0f);
+  const Footprint f = {v_int(x), v_int(y), min(max(u - x, 0.0f), 1.0f), min(max(v - y, 0.0f), 1.0f)};
   return f;
+}
+HS_INLINE Footprint footprint(const HsView light, const Receiver* r) {
+  return footprint_at(light, r->u, r->v);
 }
 
 // Values at the footprint's texels.

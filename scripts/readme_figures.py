@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Writes the README's table and plot of speed against error from a report.
 
-    scripts/readme_figures.py out/report/report.json
+    scripts/readme_figures.py out/report/report.json [SCENE ...]
+
+Of the scenes named, or of all.
 """
 import html
 import json
@@ -10,9 +12,9 @@ import pathlib
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-BEGIN, END = "<!-- figures: scripts/readme_figures.py REPORT.json -->\n", "<!-- figures end -->\n"
+BEGIN, END = "<!-- figures: scripts/readme_figures.py REPORT.json [SCENE ...] -->\n", "<!-- figures end -->\n"
 PLOT = "data/images/speed_error.svg"
-COLORS = ["#0b63c5", "#b84a00", "#0b7a53", "#9b2c86", "#7a5c00", "#00707f", "#b3203a", "#5646c2"]
+COLORS = ["#0b63c5", "#b84a00", "#0b7a53", "#9b2c86", "#7a5c00", "#00707f", "#b3203a", "#5646c2", "#4d7300", "#6b4a3a"]
 WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM = 420, 300, 48, 30, 12, 36
 
 
@@ -24,51 +26,68 @@ def is_rival(result):
     return result["kind"] == "rival"
 
 
-def rows_of(results):
-    """What the table shows: each method's own settings, and every rival."""
-    return sorted((r for r in results if r["is_default"] or is_rival(r)), key=lambda r: r["time_ms"]["median"])
+def lights_of(data):
+    return [(scene, light) for scene in data["scenes"] for light in scene["lights"]]
+
+
+def name_of(scene, light):
+    return scene["name"] + (f", {light['name']}" if len(scene["lights"]) > 1 else "")
+
+
+def ms_text(ms):
+    return f"{ms:.0f}" if ms >= 100 else f"{ms:#.3g}"
+
+
+def short_text(result):
+    """The settings that cost time, for a table of methods with their own settings."""
+    units = {"samples": "", "more_samples": " more", "layers": " layers", "pcss_taps": " taps"}
+    return " and ".join(value + units[name] for name, value in result["settings"].items() if name in units)
 
 
 def table(data):
-    lines = []
-    for scene in data["scenes"]:
-        for light in scene["lights"]:
-            lines += [f"**{scene['name']}**, {scene['triangles']} triangles, {scene['resolution'][0]}×{scene['resolution'][1]} pixels",
-                      "", "| | ms | penumbra rmse | rays need, ms |", "|---|---:|---:|---:|"]
-            for r in rows_of(light["results"]):
-                star = "★ " if r["pareto"] else ""
-                need = r["rays_time_at_error_ms"]
-                need = "" if is_rival(r) else "more than measured" if need is None else f"{need:.3g}"
-                lines.append(f"| {star}`{r['method']}` {settings_text(r)} | {r['time_ms']['median']:.3g} |"
-                             f" {r['figures']['penumbra_rmse']:.4f} | {need} |")
-            lines.append("")
-    return lines
+    """Each method with its own settings, and every rival: a row each, a column a scene."""
+    lights = lights_of(data)
+    heads = [f"{name_of(scene, light)}, {scene['triangles']:,} triangles" for scene, light in lights]
+    lines = ["| ms · penumbra rmse | " + " | ".join(heads) + " |", "|---|" + "---:|" * len(heads)]
+    for first in (r for r in lights[0][1]["results"] if r["is_default"] or is_rival(r)):
+        cells = []
+        for _, light in lights:
+            r = next((r for r in light["results"] if r["label"] == first["label"]), None)
+            cells.append("" if r is None else f"{'★ ' if r['pareto'] else ''}{ms_text(r['time_ms']['median'])} · {r['figures']['penumbra_rmse']:.4f}")
+        text = short_text(first)
+        lines.append(f"| `{first['method']}`{' ' + text if text else ''} | " + " | ".join(cells) + " |")
+    return lines + [""]
 
 
 def words(data):
     """Where rays win and where not, plainly."""
     lines = []
-    for scene in data["scenes"]:
-        for light in scene["lights"]:
-            results = light["results"]
-            ours = [r for r in results if not is_rival(r)]
-            front = sorted({r["method"] for r in ours if r["pareto"]})
-            beaten = sorted({r["method"] for r in ours} - set(front))
-            rays = [r for r in results if is_rival(r)]
-            best = min((r["figures"]["penumbra_rmse"] for r in ours), default=math.inf)
-            below = [r for r in rays if r["figures"]["penumbra_rmse"] < best]
-            text = f"{scene['name']}: not beaten by anything: {', '.join(front) or 'none of the methods'}"
-            if beaten:
-                text += f"; beaten in every setting: {', '.join(beaten)}"
-            if below:
-                first = min(below, key=lambda r: r["time_ms"]["median"])
-                text += f". Rays win below an error of {best:.3g}: {first['method']} ({settings_text(first)}) in {first['time_ms']['median']:.3g} ms"
-            lines.append(f"- {text}.")
+    for scene, light in lights_of(data):
+        ours = [r for r in light["results"] if not is_rival(r)]
+        front = list(dict.fromkeys(r["method"] for r in ours if r["pareto"]))
+        beaten = [name for name in dict.fromkeys(r["method"] for r in ours) if name not in front]
+        text = f"{name_of(scene, light)}: not beaten by anything, in some setting: {', '.join(front) or 'none of the methods'}."
+        if beaten:
+            text += f" Beaten in every setting: {', '.join(beaten)}."
+        won = sorted((r for r in light["results"] if is_rival(r) and r["pareto"]), key=lambda r: r["time_ms"]["median"])
+        sooner = [r["method"] for r in ours if r["is_default"] and (r["rays_time_at_error_ms"] or math.inf) < r["time_ms"]["median"]]
+        if sooner:
+            text += f" Rays reach sooner the error of {', '.join(sooner)}."
+        if won:
+            text += " Rays win with " + ", ".join(
+                f"{r['method']} {short_text(r)} ({ms_text(r['time_ms']['median'])} ms, {r['figures']['penumbra_rmse']:.3g})" for r in won) + "."
+        else:
+            text += " Rays win nowhere on the front."
+        gains = [(r["rays_time_at_error_ms"] / r["time_ms"]["median"], r) for r in ours if r["rays_time_at_error_ms"] is not None]
+        if gains:
+            gain, r = max(gains, key=lambda pair: pair[0])
+            text += f" Most is gained with {r['method']} ({settings_text(r)}): rays take {gain:.3g} times as long for its error."
+        lines.append(f"- {text}")
     return lines + [""]
 
 
 def plot(data):
-    panels = [(scene, light) for scene in data["scenes"] for light in scene["lights"]]
+    panels = lights_of(data)
     shown = {id(light): [r for r in light["results"] if r["figures"]["penumbra_rmse"] > 0] for _, light in panels}
     panels = [(scene, light) for scene, light in panels if shown[id(light)]]
     if not panels:
@@ -108,7 +127,7 @@ def plot(data):
             return (x0 + LEFT + inner_width * along(r["time_ms"]["median"], x_range),
                     y0 + TOP + inner_height * (1 - along(r["figures"]["penumbra_rmse"], y_range)))
 
-        name = scene["name"] + (f", {light['name']}" if len(scene["lights"]) > 1 else "")
+        name = name_of(scene, light)
         out.append(f'<text x="{x0 + LEFT}" y="{y0 + 18}" font-weight="600" font-size="13" fill="#1c1f23">{html.escape(name)}</text>')
         for value in ticks(x_range):
             x = x0 + LEFT + inner_width * along(value, x_range)
@@ -139,11 +158,18 @@ def plot(data):
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) < 2:
         raise SystemExit(__doc__.strip())
     data = json.loads(pathlib.Path(sys.argv[1]).read_text())
     if not data.get("complete"):
         raise SystemExit(f"readme_figures: {sys.argv[1]}: expected a complete report (this one was interrupted); run report again")
+    wanted = sys.argv[2:]
+    known = [scene["name"] for scene in data["scenes"]]
+    for name in wanted:
+        if name not in known:
+            raise SystemExit(f"readme_figures: {sys.argv[1]}: expected a scene '{name}' (found {', '.join(known)})")
+    if wanted:
+        data["scenes"] = [scene for scene in data["scenes"] if scene["name"] in wanted]
     readme = ROOT / "README.md"
     text = readme.read_text()
     before, _, rest = text.partition(BEGIN)
@@ -153,7 +179,8 @@ def main():
     device = data["device"]
     section = [f"![Time against error]({PLOT})", "",
                f"On {device['name']} ({device['platform']}, driver {device['driver']}), rays on {data['host']}, version {data['version']},"
-               f" {data['date'][:10]}. ★: neither faster nor better is to be had among all that was measured; methods with their own settings.", ""]
+               f" {data['date'][:10]}, {data['truth_samples']} rays a pixel as truth, medians of {data['repeats']}. Methods with their own settings;"
+               " the plot has all. ★: neither faster nor better is to be had among all that was measured.", ""]
     section += table(data) + words(data)
     (ROOT / PLOT).parent.mkdir(exist_ok=True)
     (ROOT / PLOT).write_text(plot(data))

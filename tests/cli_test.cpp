@@ -294,6 +294,7 @@ TEST_F(Cli, WrongUsage) {
   expect_failure({"render", scene(), "--smoothie-width", "-1"}, {"--smoothie-width", "-1", "auto"});
   expect_failure({"render", scene(), "--smoothie-width", "nan"}, {"--smoothie-width", "nan"});
   expect_failure({"render", scene(), "-m", "pcf", "--pcf-filter", "3"}, {"--pcf-filter", "3"});
+  expect_failure({"render", scene(), "-m", "pcss", "--pcss-taps", "64"}, {"--pcss-taps", "16 or 32", "64"});
   expect_failure({"render", scene(), "--light-res", "0"}, {"--light-res", "0"});
   expect_failure({"bench", scene(), "--repeat", "0"}, {"--repeat", "0"});
   expect_failure({"inspect"}, {"MESH", "halfshade inspect --help"});
@@ -308,7 +309,9 @@ TEST_F(Cli, AnOptionThatNoMethodHeedsIsAnError) {
   expect_failure({"render", scene(), "-m", "hard,pcf", "--smoothie-width", "auto"},
                  {"--smoothie-width", "hard, pcf", "smoothies"});
   expect_failure({"bench", scene(), "-m", "smoothies", "--pcf-filter", "4"}, {"--pcf-filter", "smoothies", "pcf"});
+  expect_failure({"render", scene(), "-m", "pcf", "--pcss-taps", "16"}, {"--pcss-taps", "pcf", "pcss"});
   EXPECT_EQ(run({"render", scene(), "-m", "hard,pcf", "--pcf-filter", "4"}).code, 0);
+  EXPECT_EQ(run({"render", scene(), "-m", "pcss", "--pcss-taps", "16"}).code, 0);
 }
 
 TEST_F(Cli, ResolutionsOutOfRange) {

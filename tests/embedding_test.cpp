@@ -79,7 +79,7 @@ TEST_F(Embedding, AForeignGBufferOfDepthsHasTheSameVisibilityBitForBit) {
   Renderer renderer(Device::adopt(host.context(), host.queue()));
   renderer.set_scene(scene_);
   const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(2 * pixels_);
-  for (const Method method : {Method::hard, Method::pcf, Method::smoothies}) {
+  for (const Method method : {Method::hard, Method::pcf, Method::pcss, Method::smoothies}) {
     Settings settings = settings_;
     settings.method = method;
     Renderer ours(test_device());

@@ -65,7 +65,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Golden,
                                          Picture{"near-boxes", Method::pcf}, Picture{"near-boxes", Method::smoothies},
                                          Picture{"sharp-corner", Method::hard}, Picture{"sharp-corner", Method::pcf},
                                          Picture{"sharp-corner", Method::smoothies}, Picture{"boxes", Method::penumbra_maps},
-                                         Picture{"boxes", Method::fins}, Picture{"boxes", Method::layered_fins}),
+                                         Picture{"boxes", Method::pcss}, Picture{"boxes", Method::fins},
+                                         Picture{"boxes", Method::layered_fins}),
                          [](const auto& info) {
                            std::string name = fmt::format("{}_{}", info.param.scene, name_of(info.param.method));
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -84,6 +84,18 @@ TEST(LightView, TheMapCoversTheCastersAndTheirPenumbrae) {
   }
 }
 
+TEST(LightView, AFloorThatReachesBehindTheLightIsNotTheNearestCaster) {
+  Scene scene = box_over_floor();
+  scene.meshes[0].scale = glm::dvec3(1000);
+  const LightView fitted = fit(scene);
+  const glm::dmat4 light_from_box = fitted.frustum.view_from_world * world_from_mesh(scene.meshes[1]);
+  double nearest = 1e300;
+  for (const glm::vec3& p : scene.meshes[1].mesh->positions) nearest = std::min(nearest, (light_from_box * glm::dvec4(p, 1)).z);
+  EXPECT_LT(fitted.znear, 0.5);
+  EXPECT_LE(fitted.casters_znear, nearest);
+  EXPECT_GE(fitted.casters_znear, 0.98 * nearest);
+}
+
 TEST(LightView, WithoutCastersOrReceiversInReachThereIsNothingToDo) {
   Scene scene = box_over_floor();
   scene.meshes[1].casts_shadow = false;

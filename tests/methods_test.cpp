@@ -68,6 +68,57 @@ TEST_F(Methods, FinsFollowTheDiscAcrossAStraightEdge) {
   }
 }
 
+// One caster at one depth is what PCSS assumes: the filter's disc is then the light's, and the taps all that is between.
+TEST_F(Methods, PcssFollowsTheDiscAcrossAStraightEdge) {
+  double previous = 1.0;
+  for (const unsigned taps : {16u, 32u}) {
+    const Frame frame = draw(straight_edge(), {.method = Method::pcss, .pcss_taps = taps});
+    double squares = 0.0, sum = 0.0, worst = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+      const double u = u_of(frame.position_ws[i]);
+      if (std::abs(u) > 1.0) {
+        // Beyond the penumbra by more than a texel all is decided.
+        if (std::abs(u) > 1.02) {
+          ASSERT_EQ(frame.visibility[0][i], u > 0.0 ? 1.0f : 0.0f) << u;
+        }
+        continue;
+      }
+      const double exact = 0.5 + (std::asin(u) + u * std::sqrt(1 - u * u)) / std::numbers::pi;
+      const double error = frame.visibility[0][i] - exact;
+      squares += error * error;
+      sum += error;
+      worst = std::max(worst, std::abs(error));
+      ++count;
+    }
+    ASSERT_GT(count, 5000u);
+    const double rmse = std::sqrt(squares / static_cast<double>(count));
+    EXPECT_LE(worst, 2.5 / taps) << taps;
+    EXPECT_LE(rmse, 1.0 / taps) << taps;
+    EXPECT_LE(std::abs(sum) / static_cast<double>(count), 0.5 / taps) << taps;
+    EXPECT_LT(rmse, previous);
+    previous = rmse;
+  }
+}
+
+TEST_F(Methods, PcssSearchesNoFartherThanItsCastersAsk) {
+  // A floor that reaches behind the light moves the map's near plane to the light, not the search for blockers with it.
+  Scene small = straight_edge(), large = straight_edge();
+  for (Scene* scene : {&small, &large}) {
+    scene->meshes.pop_back();
+    scene->lights[0].target = {1, 0, 0};
+    scene->lights[0].radius = 0.2;
+  }
+  large.meshes[0].scale = glm::dvec3(1000);
+  const Frame a = draw(small, {.method = Method::pcss}), b = draw(large, {.method = Method::pcss});
+  std::size_t penumbra = 0;
+  for (std::size_t i = 0; i < a.position_ws.size(); ++i) {
+    ASSERT_NEAR(a.visibility[0][i], b.visibility[0][i], 0.05) << i;
+    penumbra += a.visibility[0][i] > 0.05f && a.visibility[0][i] < 0.95f;
+  }
+  EXPECT_GT(penumbra, 500u);
+}
+
 TEST_F(Methods, LayersChangeNothingWhereCastersDoNotOverlap) {
   const Frame one = draw(straight_edge(), {.method = Method::fins}),
               many = draw(straight_edge(), {.method = Method::layered_fins});
@@ -163,8 +214,8 @@ std::size_t umbra_px(const Frame& frame) {
   return count;
 }
 
-TEST_F(Methods, TheUmbraOfFinsShrinksAsTheLightGrows) {
-  for (const Method method : {Method::fins, Method::layered_fins}) {
+TEST_F(Methods, TheUmbraOfTwoSidedPenumbraeShrinksAsTheLightGrows) {
+  for (const Method method : {Method::pcss, Method::fins, Method::layered_fins}) {
     std::vector<std::size_t> umbra;
     for (const char* name : {"cylinder", "cylinder-medium-light", "cylinder-large-light"})
       umbra.push_back(umbra_px(draw(data_scene(name, 256), {.method = method})));

@@ -164,6 +164,33 @@ TEST(Rays, TraceMoreOnlyWhereTheFirstDisagree) {
   // 80 samples, not 16 nor 64
   EXPECT_NEAR(seen[1] * 80, std::round(seen[1] * 80), 1e-4);
   EXPECT_GT(std::abs(seen[1] * 16 - std::round(seen[1] * 16)), 1e-3);
+
+  // Where the first agree they have the last word, right or wrong.
+  std::vector<glm::dvec3> row;
+  for (double x = -1.1; x <= 1.1; x += 0.005) row.emplace_back(x, 0.0, 0.0);
+  const std::vector<float> few = visibility_at(scene, light_above(1.0), row, {.samples = 16}),
+                           both = visibility_at(scene, light_above(1.0), row, {.samples = 16, .more_samples = 64}),
+                           many = visibility_at(scene, light_above(1.0), row, {.samples = 64});
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (few[i] != 0.0f && few[i] != 1.0f) continue;
+    EXPECT_EQ(both[i], few[i]) << row[i].x;
+    wrong += many[i] != few[i];
+  }
+  EXPECT_GT(wrong, 5u);
+}
+
+TEST(Rays, ThatShareAPacketAreEachFromTheirOwnPoint) {
+  Scene scene;
+  scene.meshes.push_back(sheet(-0.5, 0.5, -100, 100, 5));
+  std::vector<glm::dvec3> points;
+  for (double x = -3; x <= 3; x += 0.31) points.emplace_back(x, 0.0, 0.0);
+  for (const unsigned samples : {1u, 3u, 4u, 7u}) {
+    const RaySettings settings{.samples = samples, .rotate = false};
+    const std::vector<float> together = visibility_at(scene, light_above(1.0), points, settings);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      EXPECT_EQ(together[i], visibility_at(scene, light_above(1.0), {points[i]}, settings)[0]) << samples << " " << points[i].x;
+  }
 }
 
 TEST(Rays, OfAnotherSeedHaveOtherNoise) {
@@ -311,9 +338,43 @@ TEST(TruthCache, GivesBackWhatItStoredAndTracesAnewWhereAnythingChanged) {
   expect_traced("transform");
   test.points[3].x += 0.01;
   expect_traced("receivers");
-  // A file cut short is no truth.
+  // Not with the pattern of a rival of as many samples.
+  const RayScene rays(test.scene);
+  const std::vector<glm::vec4> up(test.points.size(), glm::vec4(0, 1, 0, 1));
+  const RayReceivers receivers = rays.receivers({16, 16}, test.points, up, test.light);
+  EXPECT_NE(truth(16, traced), trace_visibility(rays, test.light, receivers, {.samples = 16}));
+  // A file that is too long is no truth, nor is one cut short.
+  truth(64, traced);
+  for (const auto& entry : std::filesystem::directory_iterator(cache.folder()))
+    std::ofstream(entry.path(), std::ios::app | std::ios::binary) << "more";
+  expect_traced("too long");
   for (const auto& entry : std::filesystem::directory_iterator(cache.folder())) std::filesystem::resize_file(entry.path(), 100);
   expect_traced("truncated");
+}
+
+TEST(TruthKey, IsAnotherWhereAMeshOrItsPlaceIsAnother) {
+  // Of the same tree and receivers, so that the scene alone tells them apart.
+  const GroundAndTorus test;
+  const RayScene rays(test.scene);
+  const std::vector<glm::vec4> up(test.points.size(), glm::vec4(0, 1, 0, 1));
+  const RayReceivers receivers = rays.receivers({16, 16}, test.points, up, test.light);
+  const auto key = [&](const Scene& scene) { return truth_key(scene, rays, test.light, receivers, 64); };
+  const std::string before = key(test.scene);
+  EXPECT_EQ(key(test.scene), before);
+
+  Scene moved = test.scene, bent = test.scene, torn = test.scene, without = test.scene;
+  moved.meshes[0].translation.x += 1e-3;
+  Mesh mesh = *test.scene.meshes[0].mesh;
+  mesh.positions[7].x += 1e-3f;
+  bent.meshes[0].mesh = std::make_shared<Mesh>(mesh);
+  mesh = *test.scene.meshes[0].mesh;
+  mesh.triangles[7] = mesh.triangles[8];
+  torn.meshes[0].mesh = std::make_shared<Mesh>(mesh);
+  without.meshes[0].casts_shadow = false;
+  for (const Scene& scene : {moved, bent, torn, without}) EXPECT_NE(key(scene), before);
+  moved = test.scene;
+  moved.meshes[0].base_color = {1, 0, 0};
+  EXPECT_EQ(key(moved), before) << "colours cast nothing";
 }
 
 }  // namespace

@@ -13,12 +13,14 @@ import pathlib
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
 import urllib.request
+import zlib
 
 HALFSHADE, DATA = sys.argv[1], pathlib.Path(sys.argv[2])
 del sys.argv[1:3]
@@ -37,6 +39,30 @@ def load(folder):
 
 def results_of(data):
     return [r for scene in data["scenes"] for light in scene["lights"] for r in light["results"]]
+
+
+def png_gray(path):
+    """The values of an 8-bit grey PNG."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", data[at + 8:at + 18])
+            assert (depth, colour) == (8, 0), path
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += size + 12
+    raw, out, above = zlib.decompress(packed), [], [0] * width
+    for y in range(height):
+        kind, line = raw[y * (width + 1)], list(raw[y * (width + 1) + 1:(y + 1) * (width + 1)])
+        for x in range(width):
+            a, b, c = (line[x - 1] if x else 0), above[x], (above[x - 1] if x else 0)
+            p = a + b - c
+            near = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line[x] = (line[x] + (0, a, b, (a + b) // 2, near)[kind]) & 255
+        out += line
+        above = line
+    return out
 
 
 class Browser:
@@ -152,28 +178,104 @@ class ReportTest(unittest.TestCase):
             self.assertEqual(row["negative_pixels"], "" if negative is None else str(negative))
             self.assertEqual(negative is not None, result["method"] == "exact")
 
+    def test_the_front_is_what_no_other_row_beats(self):
+        for scene in self.data["scenes"]:
+            results = scene["lights"][0]["results"]
+            points = [(r["time_ms"]["median"], r["figures"]["penumbra_rmse"]) for r in results]
+            for (ms, error), result in zip(points, results):
+                beaten = any(a <= ms and b <= error and (a, b) != (ms, error) for a, b in points)
+                self.assertEqual(result["pareto"], not beaten, result["label"])
+                runs = sorted(result["time_ms"]["runs"])
+                self.assertEqual((result["time_ms"]["min"], result["time_ms"]["median"]), (runs[0], sum(runs) / 2))
+
+    def test_what_rays_need_is_told_of_every_row(self):
+        for scene in self.data["scenes"]:
+            results = scene["lights"][0]["results"]
+            rays = [r for r in results if r["kind"] == "rival"]
+            for result in results:
+                reached = [r["time_ms"]["median"] for r in rays if r["figures"]["penumbra_rmse"] <= result["figures"]["penumbra_rmse"]]
+                need = result["rays_time_at_error_ms"]
+                self.assertEqual(need is None, not reached, result["label"])
+                if reached:
+                    self.assertLessEqual(need, min(reached) * 1.000001, result["label"])
+                    self.assertGreaterEqual(need, min(r["time_ms"]["median"] for r in rays))
+
+    def test_passes_are_those_of_the_light(self):
+        for result in results_of(self.data):
+            if result["kind"] == "rival":
+                self.assertEqual(result["stages_ms"], {})
+                continue
+            self.assertIn("raster_shadow_map", result["stages_ms"])
+            self.assertTrue(any(name.startswith(("receive_", "count_samples")) for name in result["stages_ms"]), result["label"])
+            for name in ("raster_gbuffer", "shade", "camera/shade"):
+                self.assertNotIn(name, result["stages_ms"])
+
+    def test_says_what_was_run_where(self):
+        command = self.data["command"].split()
+        self.assertEqual(command[:2], ["halfshade", "report"])
+        for part in (*SCENES, "96x80", "64", "128", "256", str(self.folder)):
+            self.assertIn(part, command)
+        self.assertEqual((self.data["truth_samples"], self.data["repeats"]), (256, 2))
+        self.assertEqual([scene["name"] for scene in self.data["scenes"]], ["boxes", "overlap"])
+        for scene in self.data["scenes"]:
+            self.assertGreater(scene["lights"][0]["tree_build_ms"], 0)
+        self.assertTrue(self.data["device"]["name"] and self.data["device"]["driver"] and self.data["date"] and self.data["host"])
+
+    def test_figures_are_those_of_the_pictures(self):
+        # The 8-bit pictures say the same as the figures, as far as they can.
+        for scene in self.data["scenes"]:
+            light = scene["lights"][0]
+            truth = png_gray(self.folder / light["pictures"]["truth"]["picture"])
+            penumbra = [i for i, t in enumerate(truth) if 0 < t < 255]
+            self.assertGreater(len(penumbra), 50)
+            for result in light["results"]:
+                seen = png_gray(self.folder / result["picture"])
+                rmse = (sum((seen[i] - truth[i]) ** 2 for i in penumbra) / len(penumbra)) ** 0.5 / 255
+                self.assertAlmostEqual(rmse, result["figures"]["penumbra_rmse"], delta=0.003, msg=result["label"])
+
     def test_says_where_the_page_is(self):
         self.assertIn(str(self.folder / "index.html"), self.output.stdout)
 
     # ------------------------------------------------------------------------------------------------------ interruption
 
-    def test_an_interrupted_run_goes_on(self):
-        folder = self.temporary / "interrupted"
-        arguments = [*SCENES, "--repeat", "9", *SMALL]
+    def interrupt(self, folder, arguments, when):
+        """Begins a report and interrupts it as soon as `when` holds of what it has written."""
         command = [HALFSHADE, "report", *arguments, "-o", str(folder), "--cache", str(self.temporary / "cache")]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         end = time.monotonic() + 120
-        while time.monotonic() < end:
+        while time.monotonic() < end and process.poll() is None:
             try:
-                if len(results_of(load(folder))) >= 3:
+                if when(load(folder)):
                     break
             except FileNotFoundError:
                 pass
-            time.sleep(0.02)
+            time.sleep(0.005)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), -signal.SIGINT)
-        before = load(folder)
-        self.assertFalse(before["complete"])
+        data = load(folder)
+        self.assertFalse(data["complete"])
+        return data
+
+    def test_interrupted_twice_nothing_is_lost(self):
+        # In the second scene; then again, while the first is being taken over.
+        folder = self.temporary / "twice"
+        arguments = [*SCENES, "--repeat", "40", *SMALL, "--methods", "hard,pcf,smoothies,rays"]
+        before = self.interrupt(folder, arguments, lambda data: len(results_of({"scenes": data["scenes"][1:]})) > 3)
+        kept = [{r["label"]: r["time_ms"]["cold"] for r in scene["lights"][0]["results"]} for scene in before["scenes"]]
+        self.assertGreater(len(kept[1]), 3)
+        self.interrupt(folder, [*arguments[:-1], "hard,pcf,smoothies,rays,fins"], lambda data: "fins" in data["command"])
+        report(folder, *arguments)
+        after = load(folder)
+        self.assertTrue(after["complete"])
+        self.assertNotIn("earlier", after)
+        for scene, colds in zip(after["scenes"], kept):
+            now = {r["label"]: r["time_ms"]["cold"] for r in scene["lights"][0]["results"]}
+            self.assertEqual({label: now[label] for label in colds}, colds)
+
+    def test_an_interrupted_run_goes_on(self):
+        folder = self.temporary / "interrupted"
+        arguments = [*SCENES, "--repeat", "9", *SMALL]
+        before = self.interrupt(folder, arguments, lambda data: len(results_of(data)) >= 3)
         kept = {r["label"]: r for r in before["scenes"][0]["lights"][0]["results"]}
         self.assertEqual([p.name for p in folder.iterdir() if "tmp" in p.name], [])
 

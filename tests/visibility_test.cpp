@@ -22,7 +22,20 @@ class Visibility : public ShapedKernelTest {
   std::vector<float> fin_depth_ = std::vector<float>(map_px * map_px, HS_EMPTY_Z);
   std::vector<float> fin_alpha_ = std::vector<float>(map_px * map_px, 1.0f);
   std::vector<cl_uchar> near_fins_ = std::vector<cl_uchar>(4, 1);
+  float radius_px_ = 0.8f, nearest_d_ = 2.0f;  // of receive_pcss: a penumbra of some texels
+  std::vector<float> points_ = points_of(32);
   HsView light_ = straight_view(*runner_.device, {map_px, map_px}, px_per_q);
+
+  /// Points of the unit disc: every x, then every y.
+  static std::vector<float> points_of(unsigned count) {
+    std::vector<float> points(2 * count);
+    for (unsigned i = 0; i < count; ++i) {
+      const double radius = std::sqrt((i + 0.5) / count), angle = 2.4 * i;
+      points[i] = static_cast<float>(radius * std::cos(angle));
+      points[count + i] = static_cast<float>(radius * std::sin(angle));
+    }
+    return points;
+  }
 
   /// At a place of the map in texels (texel centres at halves) and a depth, facing the light.
   static Pixel at(float u, float v, float z) {
@@ -56,6 +69,11 @@ class Visibility : public ShapedKernelTest {
     else if (name == "receive_smoothies")
       runner_.run_receivers(kernel, size, light_, view, position, normal, map, runner_.buffer(fin_depth_),
                             runner_.buffer(fin_alpha_), runner_.buffer(near_fins_), falloff, out, plane);
+    else if (name == "receive_pcss")
+      runner_.run_receivers(
+          kernel, size, light_, view, position, normal, map,
+          HsFinShape{.radius_px = radius_px_, .width_px = 0, .two_sided = 0, .drop_hidden = 0, .ball_q_per_px = 0}, nearest_d_,
+          static_cast<cl_uint>(points_.size() / 2), runner_.buffer(points_), out, plane);
     else
       runner_.run_receivers(kernel, size, light_, view, position, normal, map, out, plane);
     const std::vector<float> both = runner_.read<float>(out, 2 * pixels.size());
@@ -63,7 +81,7 @@ class Visibility : public ShapedKernelTest {
     return {both.begin() + static_cast<std::ptrdiff_t>(pixels.size()), both.end()};
   }
 
-  static constexpr const char* kernels_[] = {"receive_hard", "receive_pcf2", "receive_pcf4", "receive_smoothies"};
+  static constexpr const char* kernels_[] = {"receive_hard", "receive_pcf2", "receive_pcf4", "receive_pcss", "receive_smoothies"};
 };
 HS_IN_BOTH_SHAPES(Visibility);
 
@@ -181,6 +199,85 @@ TEST_P(Visibility, Pcf4WeightsSixteenTexelsWithTheCubicBSpline) {
   }
   const std::vector<float> v = see("receive_pcf4", pixels);
   for (std::size_t i = 0; i < v.size(); ++i) EXPECT_NEAR(v[i], expected[i], 1e-5) << i;
+}
+
+// Fernando 2005 as it reads: search, mean, filter. A caster is at any of several depths, the receivers' planes lean any way.
+TEST_P(Visibility, PcssIsSearchThenMeanThenFilter) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<float> place(0.01f, 15.99f), depth(3, 6), one(0, 1), lean(-0.6f, 0.6f);
+  for (std::size_t i = 0; i < shadow_map_.size(); ++i) {
+    const bool casts = std::hypot(i % map_px - 6.0, i / map_px - 8.0) < 4.0 || one(random) < 0.02f;
+    shadow_map_[i] = casts ? 1.0f + one(random) : HS_EMPTY_Z;
+  }
+  radius_px_ = 6.0f;
+  nearest_d_ = 1.0f;
+  for (const unsigned count : {16u, 32u}) {
+    points_ = points_of(count);
+    std::vector<Pixel> pixels;
+    std::vector<double> expected;
+    for (int i = 0; i < 300; ++i) {
+      const float px = place(random), py = place(random), z = depth(random);
+      pixels.push_back(at(px, py, z));
+      const glm::dvec3 n = glm::normalize(glm::dvec3(lean(random), lean(random), -1)), p(pixels.back().position);
+      pixels.back().normal = glm::vec4(n, 1);
+      const double u = px - 0.5, v = py - 0.5;  // texel centres at integers
+      const double per_px_x = n.x / glm::dot(n, p) / px_per_q, per_px_y = -n.y / glm::dot(n, p) / px_per_q;
+      const auto map_at = [&](int x, int y) { return double{shadow_map_[std::clamp(y, 0, 15) * map_px + std::clamp(x, 0, 15)]}; };
+      const auto lit_at = [&](int x, int y) {
+        const double d = 1 / p.z + per_px_x * (x - u) + per_px_y * (y - v) + 0.25 * (std::abs(per_px_x) + std::abs(per_px_y));
+        return map_at(x, y) * std::clamp(d, 0.5 / p.z, 2 / p.z) >= 1;
+      };
+      const auto each_tap = [&](double width, auto&& look) {
+        for (unsigned k = 0; k < count; ++k) {
+          const double x = u + width * points_[k], y = v + width * points_[count + k];
+          look(x, y, x < -0.5 || x > 15.5 || y < -0.5 || y > 15.5);
+        }
+      };
+      double blockers = 0, sum_d = 0, sum_lit = 0;
+      each_tap(radius_px_ * (nearest_d_ - 1 / p.z), [&](double tap_u, double tap_v, bool outside) {
+        const int x = static_cast<int>(std::lround(tap_u)), y = static_cast<int>(std::lround(tap_v));
+        if (outside || lit_at(x, y)) return;
+        ++blockers;
+        sum_d += 1 / map_at(x, y);
+      });
+      if (blockers == 0) {
+        expected.push_back(1);
+        continue;
+      }
+      each_tap(radius_px_ * (sum_d / blockers - 1 / p.z), [&](double tap_u, double tap_v, bool outside) {
+        const int x = std::clamp(static_cast<int>(std::floor(tap_u)), 0, 14);
+        const int y = std::clamp(static_cast<int>(std::floor(tap_v)), 0, 14);
+        const double s = std::clamp(tap_u - x, 0.0, 1.0), t = std::clamp(tap_v - y, 0.0, 1.0);
+        sum_lit += outside ? 1
+                           : (1 - t) * ((1 - s) * lit_at(x, y) + s * lit_at(x + 1, y)) +
+                                 t * ((1 - s) * lit_at(x, y + 1) + s * lit_at(x + 1, y + 1));
+      });
+      expected.push_back(sum_lit / count);
+    }
+    const std::vector<float> seen = see("receive_pcss", pixels);
+    std::size_t penumbra = 0, lit = 0;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      EXPECT_NEAR(seen[i], expected[i], 1e-4) << count << " taps, pixel " << i;
+      penumbra += expected[i] > 0.05 && expected[i] < 0.95;
+      lit += expected[i] == 1;
+    }
+    EXPECT_GT(penumbra, 50u);
+    EXPECT_GT(lit, 20u);
+  }
+}
+
+TEST_P(Visibility, PcssWidensWithTheDistanceFromTheBlocker) {
+  // A half-plane of casters at z = 2 and a receiver 2 texels into the light: w = 8 (1/2 - 1/z) texels.
+  for (unsigned i = 0; i < shadow_map_.size(); ++i) shadow_map_[i] = i % map_px < 8 ? 2.0f : HS_EMPTY_Z;
+  radius_px_ = 8.0f;
+  nearest_d_ = 0.5f;
+  const std::vector<float> seen = see("receive_pcss", {at(10, 8, 2.5f), at(10, 8, 4), at(10, 8, 8), at(10, 8, 100)});
+  EXPECT_EQ(seen[0], 1.0f);  // w = 0.8
+  EXPECT_EQ(seen[1], 1.0f);  // w = 2
+  EXPECT_LT(seen[2], 0.99f);
+  EXPECT_LT(seen[3], seen[2] - 0.05f);
+  radius_px_ = 0.0f;
+  EXPECT_EQ(see("receive_pcss", {at(10, 8, 100), at(6, 8, 100)}), (std::vector<float>{1, 0}));
 }
 
 TEST_P(Visibility, SmoothieAlphaGoesThroughTheFalloff) {

@@ -84,6 +84,8 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command
       .add_option("--pcf-filter", pcf_filter, fmt::format("pcf: 2x2 bilinear or 4x4 bicubic (default: {})", defaults.pcf_filter))
       ->option_text("2|4");
+  command.add_option("--pcss-taps", pcss_taps, fmt::format("pcss: look-ups of each step (default: {})", defaults.pcss_taps))
+      ->option_text("16|32");
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
@@ -108,6 +110,7 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   const std::vector<Method> chosen = chosen_methods(methods.empty() ? split(default_methods, ',') : methods);
   for (const auto& [option, text] : {std::pair<std::string_view, std::string>{"light-res", light_res},
                                      {"pcf-filter", pcf_filter},
+                                     {"pcss-taps", pcss_taps},
                                      {"smoothie-width", smoothie_width},
                                      {"falloff", falloff},
                                      {"layers", layers},
@@ -135,6 +138,12 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
       throw InputError(fmt::format("--pcf-filter: expected 2 or 4 (found '{}')", pcf_filter));
     }
     settings.pcf_filter = pcf_filter == "2" ? 2 : 4;
+  }
+  if (!pcss_taps.empty()) {
+    if (pcss_taps != "16" && pcss_taps != "32") {
+      throw InputError(fmt::format("--pcss-taps: expected 16 or 32 (found '{}')", pcss_taps));
+    }
+    settings.pcss_taps = pcss_taps == "16" ? 16 : 32;
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
@@ -180,6 +189,7 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
   std::vector<std::pair<std::string, std::string>> entries = {{"method", std::string(info.name)}};
   if (heeds(info, "light-res")) entries.emplace_back("light_resolution_px", fmt::format("{}", settings.light_resolution_px));
   if (heeds(info, "pcf-filter")) entries.emplace_back("pcf_filter", fmt::format("{}", settings.pcf_filter));
+  if (heeds(info, "pcss-taps")) entries.emplace_back("pcss_taps", fmt::format("{}", settings.pcss_taps));
   if (heeds(info, "smoothie-width")) {
     const bool automatic = settings.smoothie_width == 0;
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));

@@ -17,7 +17,8 @@ namespace halfshade {
 struct DrawOptions {
   std::filesystem::path scene_path;
   std::vector<std::string> methods;
-  std::string light_res, pcf_filter, smoothie_width, falloff, layers, samples, sample_pattern, resolution, device, threads;
+  std::string light_res, pcf_filter, pcss_taps, smoothie_width, falloff, layers, samples, sample_pattern, resolution, device,
+      threads;
   bool faithful = false, alias_free = false;
 
   void add(CLI::App& command, std::string_view default_methods);

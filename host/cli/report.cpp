@@ -179,25 +179,36 @@ class ReportFolder {
     const Json before = Json::parse(read_file(path, "a report"), nullptr, false);
     if (!before.is_object() || before.value("complete", true) || std::getenv("HALFSHADE_KERNELS") != nullptr) return;
     const auto same = [&](const char* key) { return before.contains(key) && before[key] == json_[key]; };
-    if (same("format") && same("version") && same("commit") && same("device") && same("host")) before_ = before;
+    if (!(same("format") && same("version") && same("commit") && same("device") && same("host"))) return;
+    for (const Json& scene : before.at("scenes"))
+      for (const Json& light : scene.at("lights")) earlier_.push_back(light);
+    if (before.contains("earlier")) earlier_.insert(earlier_.end(), before["earlier"].begin(), before["earlier"].end());
   }
 
   const fs::path& path() const { return folder_; }
 
   /// What an interrupted run holds of a row of the light with this truth.
   const Json* before(const std::string& truth_key, const std::string& label) const {
-    if (!before_.is_object()) return nullptr;
-    for (const Json& scene : before_.at("scenes"))
-      for (const Json& light : scene.at("lights"))
-        if (light.at("truth_key") == truth_key)
-          for (const Json& result : light.at("results"))
-            if (result.at("label") == label && fs::exists(folder_ / result.at("picture").get<std::string>())) return &result;
+    for (const Json& light : earlier_)
+      if (light.at("truth_key") == truth_key)
+        for (const Json& result : light.at("results"))
+          if (result.at("label") == label && fs::exists(folder_ / result.at("picture").get<std::string>())) return &result;
     return nullptr;
   }
 
   Json& json() { return json_; }
 
-  void save() const { write("report.json", json_.dump(1) + "\n"); }
+  void save() const {
+    // What the run before has of lights that this one has not come to yet stays until it has.
+    Json all = json_;
+    if (!json_.at("complete").get<bool>()) {
+      Json waiting = Json::array();
+      std::copy_if(earlier_.begin(), earlier_.end(), std::back_inserter(waiting),
+                   [this](const Json& light) { return !has_light(light.at("truth_key")); });
+      if (!waiting.empty()) all["earlier"] = std::move(waiting);
+    }
+    write("report.json", all.dump(1) + "\n");
+  }
   void save_all(bool complete) {
     json_["complete"] = complete;
     write("report.csv", report_csv(json_));
@@ -226,12 +237,19 @@ class ReportFolder {
   }
 
  private:
+  bool has_light(const Json& truth_key) const {
+    for (const Json& scene : json_.at("scenes"))
+      for (const Json& light : scene.at("lights"))
+        if (light.at("truth_key") == truth_key) return true;
+    return false;
+  }
   void write(const char* name, const std::string& text) const {
     write_file_whole(folder_ / name, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   }
 
   fs::path folder_;
-  Json json_, before_;
+  Json json_;
+  std::vector<Json> earlier_;  ///< lights of the interrupted run
 };
 
 /// A name as part of a file's.
@@ -248,6 +266,7 @@ void measure(ReportScene& scene, const LightCase& light_case, std::vector<Measur
              const std::function<void()>& saved) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     Measurement& row = rows[i];
+    if (row.times_ms.size() >= repeats) continue;
     progress.now(fmt::format("{}: first run {}/{}, {}", title, i + 1, rows.size(), row.candidate.label()));
     // A run that goes on still warms up: kernels and buffers are this process's.
     std::vector<float> visibility;
@@ -377,7 +396,8 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
       } else {
         for (Measurement& row : rows)
           if (const Json* before = folder->before(light_case.key, row.candidate.label())) restore(row, *before);
-        const std::string prefix = fmt::format("{:02}-{}-{}", s, file_name_part(scenes[s].name), file_name_part(light_name));
+        const std::string prefix =
+            fmt::format("{}-{}-{}", file_name_part(scenes[s].name), file_name_part(light_name), light_case.key.substr(0, 8));
         Json& lights = folder->json()["scenes"][s]["lights"];
         lights.push_back(
             {{"name", light_name},

@@ -12,7 +12,7 @@
       for (const r of light.results)
         if (r.kind === 'method' && !methodNames.includes(r.method)) methodNames.push(r.method);
     }
-  const colorOf = r => r.kind === 'rival' ? 'var(--rays)' : `var(--c${methodNames.indexOf(r.method) % 8})`;
+  const colorOf = r => r.kind === 'rival' ? 'var(--rays)' : `var(--c${methodNames.indexOf(r.method) % 10})`;
   // Rivals are diamonds, adaptive ones triangles; ours are circles.
   const shapeOf = r => r.kind !== 'rival' ? 'circle' : r.method === 'rays' ? 'diamond' : 'triangle-up';
   const symbolOf = r => d3.svg.symbol().type(shapeOf(r)).size(r.is_default ? 150 : 90)();

@@ -217,7 +217,7 @@ void set_cpu_threads(unsigned count);
 
 // -------------------------------------------------------------------------------------------------------------- methods
 
-enum class Method { hard, pcf, smoothies, penumbra_maps, fins, layered_fins, light_samples, exact };
+enum class Method { hard, pcf, pcss, smoothies, penumbra_maps, fins, layered_fins, light_samples, exact };
 
 /// From where in the penumbra to visibility. Each is 0 at 0 and 1 at 1.
 enum class Falloff {
@@ -259,6 +259,7 @@ struct Settings {
   Method method = Method::smoothies;
   unsigned light_resolution_px = 1024;  ///< upper bound of the light map's sides; it is fitted to what casts and receives
   unsigned pcf_filter = 2;              ///< 2: 2×2 bilinear, 4: 4×4 bicubic B-spline (method pcf)
+  unsigned pcss_taps = 32;              ///< look-ups of each of the two steps, 16 or 32 (method pcss)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
   unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
