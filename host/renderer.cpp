@@ -922,6 +922,10 @@ void Renderer::render(const Settings& settings) {
   guarded("render", [&] {
     s.timed.clear();
     s.timing = s.device->profiles;
+    const struct StopTiming {
+      bool& timing;
+      ~StopTiming() { timing = false; }
+    } stop_timing{s.timing};
     const std::size_t pixels = pixels_of(s.camera_list->view);
     s.visibility.at_least(*s.device, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * sizeof(cl_float), "visibility");
     s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
@@ -932,7 +936,6 @@ void Renderer::render(const Settings& settings) {
       s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light),
                         {s.tints.get(), tint_planes[light]});
     s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get(), tint_planes);
-    s.timing = false;
     s.device->cl_queue.finish();
     s.rendered = settings;
 
