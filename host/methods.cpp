@@ -52,6 +52,11 @@ std::string_view name_of(Method method) {
   return info_of(method).name;
 }
 
+std::optional<unsigned> chosen_layers(const Settings& settings) {
+  if (!settings.layers && settings.faithful) return 16;
+  return settings.layers;
+}
+
 unsigned chosen_samples(const Settings& settings) {
   return settings.samples.value_or(settings.method == Method::exact ? 256 : 64);
 }

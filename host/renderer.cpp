@@ -264,9 +264,9 @@ struct Renderer::State {
   GrowingBuffer planes, disc_sides, disc_edges, tile_far, receivers, tile_queue;
   Bins receiver_bins;
   std::map<LightSamplesKey, LightSamples> light_samples;
-  GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, fins, tile_near_fins;
-  GrowingBuffer sublayer_counts, sublayer_layers, caster_range, near_layers, other_casters, layer_receivers, illuminances,
-      strip_rects;  // of layered fins
+  GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, tile_near_fins;
+  GrowingBuffer receiver_uvd, receiver_words, illuminances;                     // of shadow fins
+  GrowingBuffer sublayer_counts, sublayer_layers, caster_range, other_casters;  // of layers of them
   GrowingBuffer depth, normal, face, visibility, rgb, tints;
   GrowingBuffer counters;  // LightCounters a face
 
@@ -307,20 +307,15 @@ struct Renderer::State {
   /// One work-group a tile.
   template <class... Args>
   void launch_tiles(std::string_view name, const HsView& view, const Args&... args) {
-    const std::size_t items = device->lanes == 1 ? std::size_t{device->tile_px} * device->tile_px : 1;
-    launch(name, cl::NDRange(tiles_of(view) * items), cl::NDRange(items), args...);
+    launch(name, cl::NDRange(tiles_of(view) * tile_items()), cl::NDRange(tile_items()), args...);
   }
+
+  std::size_t tile_items() const { return device->lanes == 1 ? std::size_t{device->tile_px} * device->tile_px : 1; }
 
   /// Enough work-items to fill the device, each taking every n-th element.
   template <class... Args>
   void launch_strided(std::string_view name, const Args&... args) {
     launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
-  }
-
-  /// Work-items of launch_pixels.
-  std::size_t receiver_items(glm::uvec2 size_px) const {
-    const std::size_t items_x = (size_px.x + 15) / 16, items_y = (size_px.y + 15) / 16;
-    return items_x * items_y * (device->lanes == 1 ? 256 : 1);
   }
 
   /// The pixels of a G-buffer: 16 x 16 a work-item on CPU devices, one on GPU devices (HS_FOR_PIXELS in kernels/common.h).
@@ -384,8 +379,9 @@ struct Renderer::State {
   }
 
   /// Faces to the light, silhouette edges, their quads and corners, into tiles.
-  void draw_features(const DrawList& list, const HsFinShape& shape, cl_uint layers) {
-    const cl_uint tiles = tiles_of(list.view);
+  void draw_features(const DrawList& list, const HsFinShape& shape, const HsLayers& layering) {
+    const cl_uint layers = layering.count;
+    const cl_uint tiles = shape.tiles_x * shape.tiles_y;
     sides.at_least(*device, (resident.triangle_count + 3) / 4 * 4, "face sides");
     multiplicities.at_least(*device, resident.edge_count, "edge multiplicities");
     silhouettes.at_least(*device, resident.edge_count * sizeof(cl_uint), "silhouette edges");
@@ -405,13 +401,13 @@ struct Renderer::State {
     launch_blocks("classify_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_face_offsets, resident.edge_faces,
                   sides.get(), multiplicities.get(), silhouettes.get(), status.get());
     sublayer_counts.at_least(*device, HS_SUBLAYERS * sizeof(cl_uint), "sub-layers");
-    sublayer_layers.at_least(*device, HS_SUBLAYERS * sizeof(cl_uint), "sub-layers");
-    caster_range.at_least(*device, 2 * sizeof(cl_float), "depths");
+    sublayer_layers.at_least(*device, (HS_SUBLAYERS + 1) * sizeof(cl_uint), "sub-layers");
+    caster_range.at_least(*device, 3 * sizeof(cl_float), "depths");
     if (layers > 1) {
       zero(sublayer_counts.get(), HS_SUBLAYERS * sizeof(cl_uint));
       launch_strided("count_sublayers", list.view, silhouettes.get(), resident.edge_ends, vertices_vs.get(), status.get(),
                      sublayer_counts.get());
-      launch("merge_sublayers", cl::NDRange(1), cl::NDRange(1), list.view, layers, status.get(), sublayer_counts.get(),
+      launch("merge_sublayers", cl::NDRange(1), cl::NDRange(1), list.view, shape, layering, status.get(), sublayer_counts.get(),
              sublayer_layers.get(), caster_range.get());
     }
     launch_strided("build_features", list.view, shape, layers, sublayer_layers.get(), silhouettes.get(), resident.edge_ends,
@@ -419,7 +415,7 @@ struct Renderer::State {
                    resident.vertex_edges, multiplicities.get(), vertices_vs.get(), vertices_px.get(), shadow_map.get(),
                    features.get(), feature_bins.rects.get(), feature_bins.counts.get(), status.get());
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles * layers, feature_bins.counts.get(), feature_bins.offsets.get());
-    launch_strided("fill_features", list.view, status.get(), features.get(), feature_bins.rects.get(), feature_bins.counts.get(),
+    launch_strided("fill_features", shape, status.get(), features.get(), feature_bins.rects.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
   }
 
@@ -432,20 +428,22 @@ struct Renderer::State {
                    args...);
     };
     const cl_uint layers = layers_of(settings);
-    draw_features(list, shape, layers);
+    draw_features(list, shape, layering_of(settings));
     if (settings.method == Method::smoothies) {
       fin_depth.at_least(*device, pixels * sizeof(cl_float), "fin depth");
       fin_alpha.at_least(*device, pixels * sizeof(cl_float), "fin alpha");
       raster("raster_fins", fin_depth.get(), fin_alpha.get());
-    } else if (layers > 1) {
-      begin_layers(list, layers);
-    } else if (settings.method != Method::penumbra_maps) {
-      fins.at_least(*device, pixels * sizeof(cl_float4), "fins");
-      other_casters.at_least(*device, sizeof(cl_uint), "casters");
-      raster("raster_shadow_fins", fins.get(), HsLayer{0, 1, settings.faithful, 0}, caster_range.get(), other_casters.get());
-    } else {
+    } else if (settings.method == Method::penumbra_maps) {
       penumbra_map.at_least(*device, pixels * sizeof(cl_float), "penumbra map");
       raster("raster_penumbra_map", penumbra_map.get(), static_cast<cl_uint>(chosen_falloff(settings)));
+    } else {
+      launch_strided("flag_feature_tiles", shape, status.get(), feature_bins.rects.get(), tile_near_fins.get());
+      other_casters.at_least(*device, (layers > 1 ? pixels : 1) * sizeof(cl_uint), "casters");
+      if (layers > 1)
+        launch_tiles("raster_casters", list.view, list.view, shape, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+                     triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+                     resident.triangle_corners, vertices_vs.get(), vertices_px.get(), sides.get(), shadow_map.get(),
+                     caster_range.get(), tile_near_fins.get(), other_casters.get());
     }
   }
 
@@ -541,47 +539,44 @@ struct Renderer::State {
                             settings.method == Method::layered_fins);
   }
 
-  static cl_uint layers_of(const Settings& settings) { return settings.method == Method::layered_fins ? settings.layers : 1; }
-
-  /// What the turns of the layers have in common: where any fin can be met, and where casters stand.
-  void begin_layers(const DrawList& list, cl_uint layers) {
-    const std::size_t tiles = tiles_of(list.view), pixels = pixels_of(list.view);
-    fins.at_least(*device, pixels * sizeof(cl_float4), "fins");
-    other_casters.at_least(*device, pixels * sizeof(cl_uint), "casters");
-    const std::size_t near_bytes = (tiles * layers + 3) / 4 * 4;
-    near_layers.at_least(*device, near_bytes, "tile flags");
-    zero(near_layers.get(), near_bytes);
-    launch_strided("flag_near_layers", list.view, status.get(), features.get(), feature_bins.rects.get(), near_layers.get(),
-                   tile_near_fins.get());
-    launch_tiles("raster_casters", list.view, list.view, list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
-                 triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
-                 resident.triangle_corners, vertices_vs.get(), vertices_px.get(), sides.get(), shadow_map.get(),
-                 caster_range.get(), tile_near_fins.get(), other_casters.get());
+  /// The layers there is room for.
+  static cl_uint layers_of(const Settings& settings) {
+    return settings.method == Method::layered_fins ? chosen_layers(settings).value_or(HS_AUTO_LAYERS) : 1;
   }
 
-  /// Layer by layer: its fins into the one set of fin buffers, and from there into the visibility of the pixels near them.
-  void draw_layers(const HsView& light, const HsReceiverView& view, const HsFinShape& shape, const Settings& settings,
-                   glm::uvec2 size_px, const cl::Buffer& out, cl_uint plane, const auto& receive) {
-    const cl_uint layers = layers_of(settings), falloff = static_cast<cl_uint>(chosen_falloff(settings));
-    const std::size_t pixels = std::size_t{size_px.x} * size_px.y;
-    strip_rects.at_least(*device, receiver_items(size_px) * sizeof(cl_ushort4), "strips");
-    illuminances.at_least(*device, pixels * sizeof(cl_float4), "illuminance");
-    layer_receivers.at_least(*device, pixels * sizeof(cl_float4), "receivers");
-    receive("receive_layers_begin", shadow_map.get(), tile_near_fins.get(), falloff, layer_receivers.get(), illuminances.get(),
-            strip_rects.get());
-    for (cl_uint index = 0; index < layers; ++index) {
-      const HsLayer layer{index, layers, settings.faithful, 0};
-      launch_tiles("raster_shadow_fins", light, light, shape, status.get(), feature_bins.rects.get(), feature_bins.offsets.get(),
-                   feature_bins.refs.get(), feature_bins.capacity, features.get(), shadow_map.get(), tile_near_fins.get(),
-                   fins.get(), layer, caster_range.get(), other_casters.get());
-      launch_pixels("receive_layer", size_px, light, view, layer_receivers.get(), fins.get(), near_layers.get(), shape, layer,
-                    illuminances.get(), strip_rects.get());
-    }
-    launch_pixels("receive_layers_end", size_px, light, view, layer_receivers.get(), shadow_map.get(), other_casters.get(),
-                  caster_range.get(), falloff, illuminances.get(), strip_rects.get(), out, plane);
+  static HsLayers layering_of(const Settings& settings) {
+    return {layers_of(settings), static_cast<cl_uint>(chosen_falloff(settings)), settings.faithful,
+            settings.method == Method::layered_fins && !chosen_layers(settings)};
   }
 
-  static HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) {
+  /// Hard shadows; the pixels near fins into the tiles of these; then tile by tile the fins, layer by layer.
+  void draw_shadow_fins(const LightView& fitted, const HsReceiverView& receiver, const HsFinShape& shape,
+                        const Settings& settings, const GBuffer& gbuffer, const cl::Buffer& depth_or_position,
+                        const cl::Buffer& normals, const cl::Buffer& out, cl_uint plane) {
+    const HsView& view = fitted.view;
+    const cl_uint tiles = shape.tiles_x * shape.tiles_y, layer_count = layers_of(settings);
+    const HsLayers layers = layering_of(settings);
+    const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
+    receiver_uvd.at_least(*device, 3 * pixels * sizeof(cl_float), "receivers");
+    receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
+    receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
+    illuminances.at_least(*device, (layer_count > 1 ? HS_STATE_PLANES * pixels : 1) * sizeof(cl_float), "illuminance");
+    receiver_bins.size_for(*device, 1, tiles, 1);
+
+    zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
+    launch_pixels("begin_fins", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
+                  tile_near_fins.get(), shape, layers, receiver_uvd.get(), receiver_words.get(), receiver_bins.counts.get(), out,
+                  plane);
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
+    launch_pixels("list_fin_receivers", gbuffer.resolution, receiver, receiver_words.get(), receiver_bins.counts.get(),
+                  receivers.get());
+    launch("receive_fins", cl::NDRange(tiles * tile_items()), cl::NDRange(tile_items()), view, shape, layers, status.get(),
+           feature_bins.rects.get(), feature_bins.offsets.get(), feature_bins.refs.get(), feature_bins.capacity, features.get(),
+           shadow_map.get(), other_casters.get(), caster_range.get(), receiver_bins.offsets.get(), receivers.get(),
+           receiver_uvd.get(), receiver_words.get(), illuminances.get(), out, plane, static_cast<cl_uint>(pixels));
+  }
+
+  HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) const {
     HsFinShape shape{};
     if (settings.method == Method::smoothies && settings.smoothie_width > 0.0)
       shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
@@ -590,6 +585,15 @@ struct Renderer::State {
     if (light.type == LightType::point) shape.ball_q_per_px = static_cast<float>(fitted.lm_from_px_scale);
     shape.two_sided = settings.method == Method::fins || settings.method == Method::layered_fins;
     shape.drop_hidden = !shape.two_sided || settings.faithful ? 0 : layers_of(settings) > 1 ? 1 : 2;
+    shape.tile_step = device->tile_px;
+    shape.tiles_x = fitted.view.tiles_x;
+    shape.tiles_y = fitted.view.tiles_y;
+    if (shape.two_sided) {
+      // Footprints begin anywhere but in the last column and row.
+      shape.tile_step -= 1;
+      shape.tiles_x = (fitted.view.width_px - 2) / shape.tile_step + 1;
+      shape.tiles_y = (fitted.view.height_px - 2) / shape.tile_step + 1;
+    }
     return shape;
   }
 
@@ -706,12 +710,11 @@ struct Renderer::State {
     else if (settings.method == Method::smoothies)
       receive("receive_smoothies", shadow_map.get(), fin_depth.get(), fin_alpha.get(), tile_near_fins.get(),
               static_cast<cl_uint>(chosen_falloff(settings)));
-    else if (layers_of(settings) > 1)
-      draw_layers(fitted.view, view, fin_shape(light, fitted, settings), settings, gbuffer.resolution, out, plane, receive);
-    else if (settings.method != Method::penumbra_maps)
-      receive("receive_fins", shadow_map.get(), fins.get(), tile_near_fins.get(), static_cast<cl_uint>(chosen_falloff(settings)));
-    else
+    else if (settings.method == Method::penumbra_maps)
       receive("receive_penumbra_map", shadow_map.get(), penumbra_map.get(), tile_near_fins.get());
+    else
+      draw_shadow_fins(fitted, view, fin_shape(light, fitted, settings), settings, gbuffer, depth_or_position, normals, out,
+                       plane);
     keep_counters(face, fitted, settings);
   }
 
@@ -721,7 +724,8 @@ struct Renderer::State {
     device->cl_queue.enqueueFillBuffer(counters.get(), cl_uint{0}, row, sizeof(LightCounters));
     if (fitted.casters.empty()) return;
     const std::size_t total = tiles_of(fitted.view) * sizeof(cl_uint);
-    const std::size_t feature_total = total * layers_of(settings);
+    const HsFinShape shape = fin_shape(face.as, fitted, settings);
+    const std::size_t feature_total = std::size_t{shape.tiles_x} * shape.tiles_y * layers_of(settings) * sizeof(cl_uint);
     device->cl_queue.enqueueCopyBuffer(status.get(), counters.get(), 0, row, sizeof(HsStatus));
     device->cl_queue.enqueueCopyBuffer(triangle_bins.offsets.get(), counters.get(), total,
                                        row + offsetof(LightCounters, triangle_refs), sizeof(cl_uint));
@@ -760,8 +764,8 @@ struct Renderer::State {
       throw InputError(fmt::format("{}: PCF filter {}: expected 2 or 4", caller, settings.pcf_filter));
     if (settings.pcss_taps != 16 && settings.pcss_taps != 32)
       throw InputError(fmt::format("{}: {} PCSS taps: expected 16 or 32", caller, settings.pcss_taps));
-    if (settings.layers < 1 || settings.layers > HS_MAX_LAYERS)
-      throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, settings.layers, HS_MAX_LAYERS));
+    if (settings.layers && (*settings.layers < 1 || *settings.layers > HS_MAX_LAYERS))
+      throw InputError(fmt::format("{}: {} layers: expected 1 to {}", caller, *settings.layers, HS_MAX_LAYERS));
     const unsigned samples = chosen_samples(settings);
     if (samples < 1) throw InputError(fmt::format("{}: 0 light samples: expected at least 1", caller));
     if (settings.method == Method::exact && samples != 16 && samples != 64 && samples != 256 && samples != HS_MAX_SAMPLES)

@@ -59,7 +59,7 @@ const std::vector<SettingAxis>& setting_axes() {
        [](Settings& s, double v) { s.sample_pattern = v > 0 ? SamplePattern::rotated : SamplePattern::fixed; }},
       {"alias-free", {0, 1}, {}, [](Settings& s, double v) { s.alias_free = v > 0; }},
       {"falloff", {0, 1, 2, 3}, {}, [](Settings& s, double v) { s.falloff = static_cast<Falloff>(static_cast<int>(v)); }},
-      {"layers", {4, 16, 64}, {16}, [](Settings& s, double v) { s.layers = static_cast<unsigned>(v); }},
+      {"layers", {4, 16, 64}, {16}, [](Settings& s, double v) { s.layers = static_cast<unsigned>(v); }},  // and auto by default
       {"faithful", {1}, {1}, [](Settings& s, double v) { s.faithful = v != 0; }},
   };
   return axes;

@@ -163,11 +163,11 @@ __kernel void fill_triangles(const HsView view, __global const HsBlock* blocks, 
 }
 
 // refs: feature indices, layer by layer and tile by tile. Any number of work-items.
-__kernel void fill_features(const HsView view, __global const HsStatus* status, __global const HsFeature* features,
+__kernel void fill_features(const HsFinShape shape, __global const HsStatus* status, __global const HsFeature* features,
                             __global const ushort4* rects, __global uint* tile_cursors, __global uint* refs,
                             const uint capacity) {
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
     const uint layer = features[i].kind_and_layer >> HS_FEATURE_KIND_BITS;
-    fill_rect(rects[i], view.tiles_x, i, tile_cursors + layer * (view.tiles_x * view.tiles_y), refs, capacity);
+    fill_rect(rects[i], shape.tiles_x, i, tile_cursors + layer * (shape.tiles_x * shape.tiles_y), refs, capacity);
   }
 }

@@ -1,14 +1,6 @@
 // Silhouette edges to fin geometry in the light map: one quad an edge, sectors at the corners.
 // Chan & Durand 2003 §3 step 3; Cai et al. 2006 §3.1. All fin methods share it.
 
-// How far from the feature's edge, in texels, it can matter to the farthest receiver: the penumbra's half-width w(Lb, L0) there,
-// which is where Chan & Durand's alpha' (Eq. 1) reaches 1, the radius of Wyman & Hansen's cone (§2.1), and the width of Cai's
-// fins (Eq. 3).
-HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
-  const float beyond = fmax(d - d_far, 0.0f);
-  return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
-}
-
 // Where the light is a ball, a receiver sees the disc that faces it, so that distances in the penumbra are angles, not lengths in
 // the map. Here q is a point's place in the map, y down; 0 for discs, for which all of this comes to nothing.
 HS_INLINE float2 ball_q(const HsView view, const HsFinShape shape, float2 px) {
@@ -68,21 +60,30 @@ HS_INLINE void bound_sector(float2 apex, float2 h0, float2 h1, float reach, floa
   *high = fmax(*high, apex);
 }
 
-// How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide
-// there, which holds for a sphere no larger than that, and for gently sloping surfaces.
-HS_INLINE float caster_depth(const HsView view, const HsFinShape shape, float d) {
-  return 4.0f * reach_px(shape, d, view.d_far) / (view.px_from_q.x * d);
+// The texels that a box may reach, inclusive: centres lie at +0.5; a texel of slack absorbs the rounding of coordinates far
+// outside the map.
+HS_INLINE int4 texels_of_points(const HsView view, float2 low, float2 high) {
+  const float2 limit = (float2)(view.width_px + 2, view.height_px + 2);
+  return (int4)(convert_int2_rtn(clamp(low - 1.0f, (float2)(-2.0f), limit)),
+                convert_int2_rtn(clamp(high + 1.0f, (float2)(-2.0f), limit)));
 }
 
 HS_INLINE ushort4 rect_of_points(const HsView view, float2 low, float2 high) {
-  // Texel centres lie at +0.5; a texel of slack absorbs the rounding of coordinates far outside the map.
-  const float2 limit = (float2)(view.width_px + 2, view.height_px + 2);
-  const int2 first = convert_int2_rtn(clamp(low - 1.0f, (float2)(-2.0f), limit));
-  const int2 last = convert_int2_rtn(clamp(high + 1.0f, (float2)(-2.0f), limit));
-  return rect_of_texels(view, first.x, first.y, last.x, last.y);
+  const int4 box = texels_of_points(view, low, high);
+  return rect_of_texels(view, box.x, box.y, box.z, box.w);
 }
 
-HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 rect, __global HsFeature* features,
+// The tiles of HsFinShape that hold texels of a box.
+HS_INLINE ushort4 rect_of_feature(const HsView view, const HsFinShape shape, float2 low, float2 high) {
+  const int4 box = texels_of_points(view, low, high);
+  const int2 first = max(box.xy, 0), last = min(box.zw, (int2)((int)view.width_px, (int)view.height_px) - 1);
+  if (first.x > last.x || first.y > last.y) return (ushort4)(0);
+  const int step = (int)shape.tile_step;
+  const int2 overlap = HS_TILE - step, tiles = (int2)((int)shape.tiles_x, (int)shape.tiles_y);
+  return convert_ushort4((int4)(max(first - overlap, 0) / step, min(last / step + 1, tiles)));
+}
+
+HS_INLINE void emit(const HsFinShape shape, uint layer, HsFeature feature, ushort4 rect, __global HsFeature* features,
                     __global ushort4* rects, __global uint* tile_counts, __global HsStatus* status) {
   const bool reaches = rect.x < rect.z;
   if (reaches) {
@@ -90,7 +91,7 @@ HS_INLINE void emit(const HsView view, uint layer, HsFeature feature, ushort4 re
     feature.kind_and_layer |= layer << HS_FEATURE_KIND_BITS;
     features[i] = feature;
     rects[i] = rect;
-    count_rect(rect, view.tiles_x, tile_counts + layer * (view.tiles_x * view.tiles_y));
+    count_rect(rect, shape.tiles_x, tile_counts + layer * (shape.tiles_x * shape.tiles_y));
   }
 }
 
@@ -103,7 +104,7 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
   const float reach = reach_at(shape, q, apex.z, view.d_far);
   float2 low, high;
   bound_sector(apex.xy, h0, h1, reach, &low, &high);
-  emit(view, layer, corner, rect_of_points(view, low, high), features, rects, tile_counts, status);
+  emit(shape, layer, corner, rect_of_feature(view, shape, low, high), features, rects, tile_counts, status);
 }
 
 // A vertex in texels, where the rasterizer drew it: fins begin exactly where coverage ends.
@@ -150,12 +151,19 @@ HS_INLINE float2 half_plane(float2 edge, float2 inside) {
 // outline, or an edge beneath the surface. Its fins would brighten the umbra, or darken what the true outline's inner fins
 // brighten. The same caster's, if its surface is not much nearer than the silhouette: see caster_depth. In one layer any other's
 // will do.
-HS_INLINE bool hidden_at(const HsView view, const HsFinShape shape, __global const float* shadow_map, float2 silhouette_px,
+//
+// And where the outward side is covered by a surface close behind, next to no light passes: the fin matters to that surface
+// alone, and were its inner side to brighten what lies deeper, it would where an outline ends in a cusp on its own caster.
+#define HS_OPEN 0
+#define HS_CLOSED 1  // close behind
+#define HS_HIDDEN 2
+HS_INLINE int outward_of(const HsView view, const HsFinShape shape, __global const float* shadow_map, float2 silhouette_px,
                          float2 outward, float d) {
   const int2 texel = convert_int2_rtn(silhouette_px + 1.5f * outward);
-  if (texel.x < 0 || texel.y < 0 || texel.x >= (int)view.width_px || texel.y >= (int)view.height_px) return false;
-  const float z_map = shadow_map[texel.y * view.width_px + texel.x], z = 1.0f / d;
-  return z_map < z * 0.9999f && (shape.drop_hidden == 2 || z_map >= z - caster_depth(view, shape, d));
+  if (texel.x < 0 || texel.y < 0 || texel.x >= (int)view.width_px || texel.y >= (int)view.height_px) return HS_OPEN;
+  const float z_map = shadow_map[texel.y * view.width_px + texel.x], z = 1.0f / d, depth = caster_depth(view, shape, d);
+  if (z_map < z * 0.9999f) return shape.drop_hidden == 2 || z_map >= z - depth ? HS_HIDDEN : HS_OPEN;
+  return z_map < z + 0.25f * depth ? HS_CLOSED : HS_OPEN;
 }
 
 // One corner: called by the first silhouette edge of the vertex, so that each vertex is done once.
@@ -185,10 +193,12 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
         edge_at_vertex(view, shape, edges[owner], vertex, multiplicities[owner], vertices_ls, vertices_px, apex);
     const EdgeAtVertex e1 =
         edge_at_vertex(view, shape, edges[second], vertex, multiplicities[second], vertices_ls, vertices_px, apex);
-    if (shape.drop_hidden && (hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e0.into, e0.outward, apex.z) ||
-                              hidden_at(view, shape, shadow_map, apex.xy - 1.5f * e1.into, e1.outward, apex.z)))
-      return;
     const float diverging = dot(e0.outward + e1.outward, e0.into + e1.into);
+    if (shape.drop_hidden) {
+      const int covered = max(outward_of(view, shape, shadow_map, apex.xy - 1.5f * e0.into, e0.outward, apex.z),
+                              outward_of(view, shape, shadow_map, apex.xy - 1.5f * e1.into, e1.outward, apex.z));
+      if (covered == HS_HIDDEN || (covered == HS_CLOSED && diverging < 0.0f)) return;
+    }
     if (diverging > 0.0f || (diverging < 0.0f && shape.two_sided))
       emit_corner(view, shape, layer, diverging > 0.0f ? HS_FEATURE_CORNER : HS_FEATURE_INNER_CORNER, apex, e0.beyond, e1.beyond,
                   features, rects, tile_counts, status);
@@ -236,14 +246,15 @@ HS_INLINE void build_corner(const HsView view, const HsFinShape shape, uint laye
 
 // features, rects: one a feature, in no particular order; tile_counts, a row of tiles a layer, must be 0. Any number of
 // work-items.
-__kernel void build_features(const HsView view, const HsFinShape shape, const uint layer_count,
-                             __global const uint* sublayer_layers, __global const uint* silhouettes, __global const uint2* edges,
+__kernel void build_features(const HsView view, HsFinShape shape, const uint layer_count, __global const uint* sublayer_layers,
+                             __global const uint* silhouettes, __global const uint2* edges,
                              __global const uint* edge_face_offsets, __global const uint* edge_faces,
                              __global const uint* triangles, __global const uint* vertex_edge_offsets,
                              __global const uint* vertex_edges, __global const char* multiplicities,
                              __global const float4* vertices_ls, __global const int4* vertices_px,
                              __global const float* shadow_map, __global HsFeature* features, __global ushort4* rects,
                              __global uint* tile_counts, __global HsStatus* status) {
+  if (layer_count > 1 && shape.drop_hidden && sublayer_layers[HS_SUBLAYERS] == 1) shape.drop_hidden = 2;
   for (uint i = get_global_id(0); i < status->silhouette_count; i += get_global_size(0)) {
     const uint edge = silhouettes[i];
     const uint2 ends = edges[edge];
@@ -269,21 +280,23 @@ __kernel void build_features(const HsView view, const HsFinShape shape, const ui
     const float length_px = sqrt(dot(along, along));
     if (!(length_px > 0.0f)) continue;  // seen end-on: the corners at its ends meet
     const float2 outward = (float2)(along.y, -along.x) / length_px;
+    int least_covered = HS_OPEN;
     if (shape.drop_hidden) {
-      bool hidden = true;
+      least_covered = HS_HIDDEN;
       for (int k = 1; k < 4; ++k) {
         const float3 at = from + (to - from) * (0.25f * (float)k);
-        hidden &= hidden_at(view, shape, shadow_map, at.xy, outward, at.z);
+        least_covered = min(least_covered, outward_of(view, shape, shadow_map, at.xy, outward, at.z));
       }
-      if (hidden) continue;
+      if (least_covered == HS_HIDDEN) continue;
     }
-    const HsFeature quad = {from.x, from.y, from.z, to.x, to.y, to.z, 0.0f, HS_FEATURE_EDGE};
+    const HsFeature quad = {from.x, from.y, from.z, to.x,
+                            to.y,   to.z,   0.0f,   least_covered == HS_CLOSED ? HS_FEATURE_OUTER_EDGE : HS_FEATURE_EDGE};
     float2 low, high;
     const float2 from_q = ball_q(view, shape, from.xy), to_q = ball_q(view, shape, to.xy);
     const float3 across = (float3)(from_q / from.z - to_q / to.z, 1.0f / from.z - 1.0f / to.z);
     const float length = sqrt(dot(across, across));
     if (ball_misses_face(shape, from_q, from.z, length) && ball_misses_face(shape, to_q, to.z, length)) continue;
     bound_quad(shape, from, to, from_q, to_q, outward, view.d_far, &low, &high);
-    emit(view, layer, quad, rect_of_points(view, low, high), features, rects, tile_counts, status);
+    emit(shape, layer, quad, rect_of_feature(view, shape, low, high), features, rects, tile_counts, status);
   }
 }

@@ -17,6 +17,7 @@ typedef struct {
   float4 span, span_step;
   int4 span_is_low;
   uint kind;
+  bool inner;          // it has an inner fin
   int x0, y0, x1, y1;  // texels of the tile that it may reach, inclusive
 } TileFeature;
 
@@ -30,6 +31,8 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.ad = f.ad;
   t.d_low = t.d_high = f.ad;
   t.kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
+  t.inner = t.kind != HS_FEATURE_OUTER_EDGE;
+  if (t.kind == HS_FEATURE_OUTER_EDGE) t.kind = HS_FEATURE_EDGE;
   t.t = (float2)(0.0f);
   t.h0 = (float2)(f.bx, f.by);
   t.h1 = (float2)(f.bd, f.c);
@@ -149,14 +152,20 @@ typedef struct {
   uint layer;
   uint first, last;  // of its features: references, or where the lists overflowed all features
   bool overflow, touched;
-  bool written;  // a footprint that begins near a feature may reach into it
 } FeatureTile;
 
-HS_INLINE FeatureTile feature_tile(const HsView view, uint layer, uint layer_count, __global const HsStatus* status,
-                                   __global const uint* offsets, uint capacity) {
+// Whether a layer has features in the calling work-group's tile.
+HS_INLINE bool layer_touches(const HsFinShape shape, uint layer, __global const uint* offsets) {
+  offsets += layer * (shape.tiles_x * shape.tiles_y) + get_group_id(0);
+  return offsets[0] != offsets[1];
+}
+
+HS_INLINE FeatureTile feature_tile(const HsView view, const HsFinShape shape, uint layer, uint layer_count,
+                                   __global const HsStatus* status, __global const uint* offsets, uint capacity) {
   FeatureTile t;
-  const uint tile = get_group_id(0), tx = tile % view.tiles_x, ty = tile / view.tiles_x, tile_count = view.tiles_x * view.tiles_y;
-  t.px = tile_origin_px(view);
+  const uint tile = get_group_id(0), tx = tile % shape.tiles_x, ty = tile / shape.tiles_x,
+             tile_count = shape.tiles_x * shape.tiles_y;
+  t.px = (int2)((int)tx, (int)ty) * (int)shape.tile_step;
   t.x_end = min(HS_TILE, (int)view.width_px - t.px.x);
   t.y_end = min(HS_TILE, (int)view.height_px - t.px.y);
   t.layer = layer;
@@ -164,11 +173,18 @@ HS_INLINE FeatureTile feature_tile(const HsView view, uint layer, uint layer_cou
   offsets += layer * tile_count;
   t.first = t.overflow ? 0 : offsets[tile];
   t.last = t.overflow ? status->feature_count : offsets[tile + 1];
-  t.written = t.touched = offsets[tile] != offsets[tile + 1];
-  for (uint v = ty > 0 ? ty - 1 : 0; v <= min(ty + 1, view.tiles_y - 1); ++v)
-    for (uint u = tx > 0 ? tx - 1 : 0; u <= min(tx + 1, view.tiles_x - 1); ++u)
-      t.written |= offsets[v * view.tiles_x + u] != offsets[v * view.tiles_x + u + 1];
+  t.touched = offsets[tile] != offsets[tile + 1];
   return t;
+}
+
+// A tile's buffers are written where a footprint that begins near a feature may reach into it.
+HS_INLINE bool is_written(const HsFinShape shape, __global const uint* offsets) {
+  const uint tx = get_group_id(0) % shape.tiles_x, ty = get_group_id(0) / shape.tiles_x;
+  bool any = false;
+  for (uint v = ty > 0 ? ty - 1 : 0; v <= min(ty + 1, shape.tiles_y - 1); ++v)
+    for (uint u = tx > 0 ? tx - 1 : 0; u <= min(tx + 1, shape.tiles_x - 1); ++u)
+      any |= offsets[v * shape.tiles_x + u] != offsets[v * shape.tiles_x + u + 1];
+  return any;
 }
 
 // The next feature of a tile's list; false where it is another tile's or another layer's.
@@ -179,14 +195,11 @@ HS_INLINE bool next_feature(const FeatureTile* tile, uint i, uint tiles_x, __glo
          (rect_has(rects[i], get_group_id(0), tiles_x) && f->kind_and_layer >> HS_FEATURE_KIND_BITS == tile->layer);
 }
 
-// tile_near_fins: uchar a tile: 1 if a 2x2 footprint that begins in the tile can meet a feature's texel. Must be 0 before.
-HS_INLINE void flag_near_tiles(const HsView view, bool touched, __global uchar* tile_near_fins) {
-  if (touched && get_local_id(0) == 0) {
-    // Footprints that begin in the last row or column of the tiles before reach into this one.
-    const uint tx = get_group_id(0) % view.tiles_x, ty = get_group_id(0) / view.tiles_x;
-    for (uint v = ty > 0 ? ty - 1 : 0; v <= ty; ++v)
-      for (uint u = tx > 0 ? tx - 1 : 0; u <= tx; ++u) tile_near_fins[v * view.tiles_x + u] = 1;
-  }
+// tile_near_fins: uchar a tile: 1 if a 2x2 footprint that begins in the tile can meet a feature's texel. That is where features
+// are listed: their boxes have a texel to spare (texels_of_points), so that those of the next tile's first texels are listed
+// here, too. Must be 0 before.
+HS_INLINE void flag_near_tile(bool touched, __global uchar* tile_near_fins) {
+  if (touched && get_local_id(0) == 0) tile_near_fins[get_group_id(0)] = 1;
 }
 
 // Runs `prepare` for each `feature` of the tile, and the body for each run of texels it may reach, with `slot`, `delta_px`, `d`
@@ -194,7 +207,7 @@ HS_INLINE void flag_near_tiles(const HsView view, bool touched, __global uchar* 
 #define HS_FOR_FEATURE_TEXELS(tile, prepare, body)                                                       \
   for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                               \
     HsFeature hs_stored;                                                                                 \
-    if (!next_feature(&tile, hs_i, view.tiles_x, refs, rects, features, &hs_stored)) continue;           \
+    if (!next_feature(&tile, hs_i, shape.tiles_x, refs, rects, features, &hs_stored)) continue;          \
     const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
     prepare HS_FOR_ROWS(hs_y, feature.y0, feature.y1) {                                                  \
       const int2 hs_span = feature_span(&feature, hs_y);                                                 \
@@ -239,8 +252,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
     __global const float* shadow_map, __global uchar* tile_near_fins, __global float* fin_depth, __global float* fin_alpha) {
-  const FeatureTile tile = feature_tile(view, 0, 1, status, offsets, capacity);
-  if (tile.written) {
+  const FeatureTile tile = feature_tile(view, shape, 0, 1, status, offsets, capacity);
+  if (is_written(shape, offsets)) {
     float d_receiver[HS_TILE_STORAGE], nearest_d[HS_TILE_STORAGE], least_alpha[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) nearest_d[i] = 0.0f;
     for (int i = 0; i < HS_TILE_STORAGE; ++i) least_alpha[i] = 1.0f;
@@ -257,7 +270,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
       store_lanes(v_select((vfloat)(HS_EMPTY_Z), 1.0f / nearest, nearest > 0.0f), fin_depth, texel, valid);
       store_lanes(v_load(least_alpha + slot), fin_alpha, texel, valid);
     })
-    flag_near_tiles(view, tile.touched, tile_near_fins);
+    flag_near_tile(tile.touched, tile_near_fins);
   }
 }
 
@@ -271,8 +284,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
     __global const float* shadow_map, __global uchar* tile_near_fins, __global float* penumbra_map, const uint falloff) {
-  const FeatureTile tile = feature_tile(view, 0, 1, status, offsets, capacity);
-  if (tile.written) {
+  const FeatureTile tile = feature_tile(view, shape, 0, 1, status, offsets, capacity);
+  if (is_written(shape, offsets)) {
     float d_receiver[HS_TILE_STORAGE], darkest[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) darkest[i] = 1.0f;
     load_receivers(view, tile, shadow_map, d_receiver);
@@ -287,71 +300,6 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     })
     // Falloffs rise, so the darkest stays the darkest.
     HS_FOR_TILE_TEXELS(tile, store_lanes(falloff_of(v_load(darkest + slot), falloff), penumbra_map, texel, valid);)
-    flag_near_tiles(view, tile.touched, tile_near_fins);
-  }
-}
-
-// ----------------------------------------------------------------------------------------------------------- shadow fins
-
-#define HS_EDGE_PX 1.0f
-
-// Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin,
-// so that the order of features does not matter.
-HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, float* kept_s, float* kept_d) {
-  const vfloat old_s = v_load(kept_s), old_d = v_load(kept_d);
-  const vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
-  v_store(v_select(old_s, s, wins), kept_s);
-  v_store(v_select(old_d, d, wins), kept_d);
-}
-
-// The depths at which the caster of a fin may stand: what an inner fin brightens may be shadowed by its own caster alone.
-HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, const TileFeature* f, __global const float* caster_range) {
-  const float depth = caster_depth(view, shape, f->d_low);
-  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth),
-             last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
-  return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
-}
-
-// Cai et al. 2006 §3.1 and §3.3: fins to either side of the silhouette, sized for the reference plane L0, the light's far plane
-// (Eq. 3), with the weight s0 = (1 - t) / 2 (Eq. 1) and beside it the fin's depth. fins: float4 a texel: inner weight, inner
-// 1/Lb, outer weight, outer 1/Lb; 1/Lb is 0 where there is none. A fin's own side begins HS_EDGE_PX before the silhouette, there
-// with weight 1/2: which side a texel is on the shadow map decides, and where outlines fold it need not agree with a single edge.
-// other_casters: uint a texel: depths with a caster that no inner fin belongs to; only for more than one layer.
-__kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_shadow_fins(
-    const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
-    __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
-    __global const float* shadow_map, __global uchar* tile_near_fins, __global float4* fins, const HsLayer layer,
-    __global const float* caster_range, __global uint* other_casters) {
-  const FeatureTile tile = feature_tile(view, layer.index, layer.count, status, offsets, capacity);
-  if (tile.written) {
-    float inner_s[HS_TILE_STORAGE], inner_d[HS_TILE_STORAGE], outer_s[HS_TILE_STORAGE], outer_d[HS_TILE_STORAGE];
-    float d_receiver[HS_TILE_STORAGE];
-    int own_casters[HS_TILE_STORAGE];
-    for (int i = 0; i < HS_TILE_STORAGE; ++i) inner_s[i] = outer_s[i] = inner_d[i] = outer_d[i] = d_receiver[i] = 0.0f;
-    for (int i = 0; i < HS_TILE_STORAGE; ++i) own_casters[i] = 0;
-    // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers
-    // it counts for what lies deeper, unless the surface is its own caster's.
-    if (!layer.faithful) load_receivers(view, tile, shadow_map, d_receiver);
-    HS_FOR_FEATURE_TEXELS(
-        tile, const float own_depth = layer.count > 1 ? caster_depth(view, shape, feature.d_low) : INFINITY;
-        const int casters = layer.count > 1 ? (int)caster_bits(view, shape, &feature, caster_range) : 0;, {
-          const vfloat s = 0.5f - 0.5f * fabs(delta_px) / (shape.radius_px * (d - view.d_far));
-          const vint in_fin = inside & (s > 0.0f) & (d > view.d_far);
-          const vint is_inner = in_fin & (delta_px < HS_EDGE_PX);
-          const vint is_outer = in_fin & (delta_px > -HS_EDGE_PX);
-          const vfloat d_r = v_load(d_receiver + slot);
-          const vint matters = (d > d_r) | (1.0f / d - 1.0f / d_r > own_depth);
-          keep_fin(is_inner, !layer.faithful, v_select(s, (vfloat)(0.5f), delta_px >= 0.0f), d, inner_s + slot, inner_d + slot);
-          keep_fin(is_outer & matters, true, v_select(s, (vfloat)(0.5f), delta_px <= 0.0f), d, outer_s + slot, outer_d + slot);
-          if (casters != 0)
-            v_store(v_load(own_casters + slot) | v_select((vint)(0), (vint)(casters), is_inner), own_casters + slot);
-        })
-    HS_FOR_TILE_TEXELS(tile, {
-      store_lanes4(v_load(inner_s + slot), v_load(inner_d + slot), v_load(outer_s + slot), v_load(outer_d + slot), fins, texel,
-                   valid);
-      for (int i = 0; i < valid; ++i)
-        if (own_casters[slot + i] != 0) other_casters[texel + i] &= ~(uint)own_casters[slot + i];
-    })
-    if (layer.count == 1) flag_near_tiles(view, tile.touched, tile_near_fins);
+    flag_near_tile(tile.touched, tile_near_fins);
   }
 }

@@ -2,20 +2,22 @@
 // fins brighten the nearest one's shadow (Cai et al. 2006 §4, Fig. 7).
 
 // other_casters: uint a texel: a caster_bit for the surface that the light sees, and for each face beneath it that is turned to
-// the light; in tiles that a footprint near fins can touch. sides: see orient_faces; 1 for faces that cast no shadow, too: light
-// space is left-handed, so that a face which is turned to the light has 0.
+// the light; in tiles that share texels with one that holds fins. sides: see orient_faces; 1 for faces that cast no shadow, too:
+// light space is left-handed, so that a face which is turned to the light has 0.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_casters(
-    const HsView view, __global const HsBlock* blocks, const uint slot_count, __global const ushort4* rects,
-    __global const uint* offsets, __global const uint* refs, const uint capacity, __global const uint* triangles,
-    __global const float4* vertices_vs, __global const int4* vertices_px, __global const uchar* sides,
-    __global const float* shadow_map, __global const float* caster_range, __global const uchar* near_any,
+    const HsView view, const HsFinShape shape, __global const HsBlock* blocks, const uint slot_count,
+    __global const ushort4* rects, __global const uint* offsets, __global const uint* refs, const uint capacity,
+    __global const uint* triangles, __global const float4* vertices_vs, __global const int4* vertices_px,
+    __global const uchar* sides, __global const float* shadow_map, __global const float* caster_range, __global const uchar* near,
     __global uint* other_casters) {
   const int2 tile_px = tile_origin_px(view);
-  const uint tx = get_group_id(0) % view.tiles_x, ty = get_group_id(0) / view.tiles_x;
-  bool near = false;
-  for (uint v = ty > 0 ? ty - 1 : 0; v <= ty; ++v)
-    for (uint u = tx > 0 ? tx - 1 : 0; u <= tx; ++u) near |= near_any[v * view.tiles_x + u] != 0;
-  if (near) {
+  const int step = (int)shape.tile_step;
+  const int2 first = max(tile_px - (HS_TILE - step), 0) / step;
+  const int2 last = min((tile_px + HS_TILE - 1) / step, (int2)((int)shape.tiles_x, (int)shape.tiles_y) - 1);
+  bool any = false;  // for one layer none is needed
+  for (int y = caster_range[2] > 1.0f ? first.y : last.y + 1; y <= last.y; ++y)
+    for (int x = first.x; x <= last.x; ++x) any |= near[y * (int)shape.tiles_x + x] != 0;
+  if (any) {
     int casters[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) casters[i] = 0;
 

@@ -79,14 +79,19 @@ typedef struct {
 #define HS_FEATURE_EDGE 0u
 #define HS_FEATURE_CORNER 1u
 #define HS_FEATURE_INNER_CORNER 2u
+#define HS_FEATURE_OUTER_EDGE 3u  // an edge without an inner fin
 
-// How wide features are, in texels: from the radius (radius_px > 0), or smoothies of a fixed t (width_px > 0).
+// How wide features are, in texels: from the radius (radius_px > 0), or smoothies of a fixed t (width_px > 0). And the tiles they
+// are binned to, HS_TILE texels wide: the map's own, or, where pixels are answered tile by tile, overlapping by a texel, so that
+// every 2x2 footprint lies in one.
 typedef struct {
   float radius_px;      // light radius R in light map texels at unit distance
   float width_px;       // 0 where the width follows from the radius
   hs_uint two_sided;    // 1: inner fins too
   hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
   float ball_q_per_px;  // light map units a texel where the light is a ball, else 0: see ball_q in features.cl
+  hs_uint tile_step;    // texels from tile to tile: HS_TILE or one less
+  hs_uint tiles_x, tiles_y;
 } HsFinShape;
 
 // A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is
@@ -119,13 +124,17 @@ typedef struct {
 #define HS_SUBLAYERS 1024
 #define HS_CASTER_BITS 32
 #define HS_MAX_LAYERS 1024
+// Floats a receiver while layers are added up: see visibility_fins.cl.
+#define HS_STATE_PLANES 8
 
-// One layer's turn. `index` of `count`; `faithful` combines overlapping fins as published.
+#define HS_AUTO_LAYERS 16  // the most that are chosen from the scene
+// `faithful` combines overlapping fins as published.
 typedef struct {
-  hs_uint index, count;
+  hs_uint count;
+  hs_uint falloff;
   hs_uint faithful;
-  hs_uint padding;
-} HsLayer;
+  hs_uint automatic;  // as many of them are used as the depths of silhouettes call for
+} HsLayers;
 
 // From where in the penumbra to visibility; the values of Falloff in halfshade.hpp.
 #define HS_FALLOFF_LINEAR 0u

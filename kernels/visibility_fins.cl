@@ -1,70 +1,489 @@
-// Shadow fins: Cai et al. 2006 §3.4, and their layers: §4.2.
+// Shadow fins: Cai et al. 2006, in one layer (§3) and in many (§4), tile by tile of the light map.
+//
+// Pixels near fins are listed by the tile that their 2x2 footprint lies in (tiles overlap by a texel, see HsFinShape). A tile's
+// work-group draws the fins of one layer after the other into the same few arrays, and adds each to what its pixels have seen so
+// far: no fin buffer nor illuminance buffer need be in memory, and what no fin reaches costs nothing.
+
+#define HS_TEXELS (HS_TILE * HS_TILE)
+#if HS_LANES == 16
+#define HS_SHARED  // by the work-items of a tile
+#define HS_TILE_BARRIER()
+#define HS_PUT_INT(v, i, value) (((int*)&(v))[i] = (value))
+#define HS_PUT_FLOAT(v, i, value) (((float*)&(v))[i] = (value))
+HS_INLINE void v_tile_pair(const float* p, int16 i, float16* left, float16* right) {
+#define HS_PAIR(k) as_ulong(vload2(0, p + i.k))
+  const float16 a = as_float16(
+      (ulong8)(HS_PAIR(s0), HS_PAIR(s1), HS_PAIR(s2), HS_PAIR(s3), HS_PAIR(s4), HS_PAIR(s5), HS_PAIR(s6), HS_PAIR(s7)));
+  const float16 b = as_float16(
+      (ulong8)(HS_PAIR(s8), HS_PAIR(s9), HS_PAIR(sa), HS_PAIR(sb), HS_PAIR(sc), HS_PAIR(sd), HS_PAIR(se), HS_PAIR(sf)));
+#undef HS_PAIR
+  *left = (float16)(a.even, b.even);
+  *right = (float16)(a.odd, b.odd);
+}
+#else
+#define HS_SHARED __local
+#define HS_TILE_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
+#define HS_PUT_INT(v, i, value) ((v) = (value))
+#define HS_PUT_FLOAT(v, i, value) ((v) = (value))
+HS_INLINE void v_tile_pair(const __local float* p, int i, float* left, float* right) {
+  *left = p[i];
+  *right = p[i + 1];
+}
+#endif
+
+// The fins that count at each texel of a tile: weight for the reference plane L0 (Cai §3.1 Eq. 1), 1/Lb (0 where there is none),
+// and the unit direction out of the shadow, towards which the light appears.
+typedef struct {
+  float s[HS_TEXELS], d[HS_TEXELS], nx[HS_TEXELS], ny[HS_TEXELS];
+} Fins;
+
+// Of those that face another way, the strongest; c: cosine of the angle to the first.
+typedef struct {
+  float s[HS_TEXELS], d[HS_TEXELS], c[HS_TEXELS];
+} SecondFins;
+
+typedef struct {
+  Fins inner, outer;
+  SecondFins inner2, outer2;
+  int own_casters[HS_TEXELS];  // depths at which casters of inner fins may stand
+} TileFins;
+
+// Fins whose directions lie closer together than this hide the same part of the light.
+#define HS_SAME_WAY 0.3f
+
+#define HS_CELL_PX 8
+#define HS_CELLS (HS_TILE / HS_CELL_PX)
+
+// A fin's own side begins HS_EDGE_PX before the silhouette, there with weight 1/2: which side a texel is on the shadow map
+// decides, and where outlines fold it need not agree with a single edge.
+#define HS_EDGE_PX 1.0f
+
+// Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin,
+// so that the order of features does not matter.
+HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, vfloat nx, vfloat ny, HS_SHARED Fins* kept, int slot) {
+  const vfloat old_s = v_load(kept->s + slot), old_d = v_load(kept->d + slot);
+  const vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
+  if (v_any(wins)) {
+    v_store(v_select(old_s, s, wins), kept->s + slot);
+    v_store(v_select(old_d, d, wins), kept->d + slot);
+    v_store(v_select(v_load(kept->nx + slot), nx, wins), kept->nx + slot);
+    v_store(v_select(v_load(kept->ny + slot), ny, wins), kept->ny + slot);
+  }
+}
+
+// The depths at which the caster of a fin may stand: what an inner fin brightens may be shadowed by its own caster alone.
+HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, const TileFeature* f, __global const float* caster_range) {
+  const float depth = caster_depth(view, shape, f->d_low);
+  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth),
+             last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
+  return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
+}
+
+// The cells of a row between two texels, a bit each.
+HS_INLINE uint row_cells(int x0, int x1, int y) {
+  return ((2u << x1 / HS_CELL_PX) - (1u << x0 / HS_CELL_PX)) << y / HS_CELL_PX * HS_CELLS;
+}
+
+// Where the texels of a row that begin at x lie to a feature, and the direction out of its shadow there.
+typedef struct {
+  vint inside;
+  vfloat delta_px, d, nx, ny;
+} FinPlace;
+
+HS_INLINE FinPlace fin_place(const TileFeature* f, int x, int y) {
+  FinPlace p;
+  p.inside = near_feature(f, x, y, &p.delta_px, &p.d);
+  if (f->kind == HS_FEATURE_EDGE) {
+    p.nx = (vfloat)(f->t.y);
+    p.ny = (vfloat)(-f->t.x);
+  } else {
+    const vfloat to = 1.0f / v_select(fmax(p.delta_px, 1e-6f), fmin(p.delta_px, -1e-6f), p.delta_px < 0.0f);
+    p.nx = (v_float(x + v_iota) - f->a.x) * to;
+    p.ny = ((float)y - f->a.y) * to;
+  }
+  return p;
+}
+
+// The fins there. Cai et al. 2006 §3.1 and §3.3: to either side of the silhouette, sized for the reference plane L0, the light's
+// far plane (Eq. 3), with the weight s0 = (1 - t) / 2 (Eq. 1).
+typedef struct {
+  vint is_inner, is_outer;
+  vfloat inner_s, outer_s;
+} FinWeights;
+
+HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, float own_depth, bool inner, const FinPlace* p,
+                                 vfloat d_receiver) {
+  FinWeights w;
+  const vfloat s = 0.5f - 0.5f * fabs(p->delta_px) / (shape.radius_px * (p->d - view.d_far));
+  const vint in_fin = p->inside & (s > 0.0f) & (p->d > view.d_far);
+  // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers it
+  // counts for what lies deeper, unless the surface is its own caster's.
+  vint matters = p->d > d_receiver;
+  if (!v_all(matters)) matters |= 1.0f / p->d - 1.0f / d_receiver > own_depth;
+  w.is_inner = inner ? in_fin & (p->delta_px < HS_EDGE_PX) : (vint)(0);
+  w.is_outer = in_fin & (p->delta_px > -HS_EDGE_PX) & matters;
+  w.inner_s = v_select(s, (vfloat)(0.5f), p->delta_px >= 0.0f);
+  w.outer_s = v_select(s, (vfloat)(0.5f), p->delta_px <= 0.0f);
+  return w;
+}
+
+// Which of several second fins counts: the one that adds most. c: cosine to the first.
+HS_INLINE void keep_second(vint candidate, vfloat s, vfloat d, vfloat c, HS_SHARED SecondFins* kept, int slot) {
+  const vfloat old_s = v_load(kept->s + slot), old_d = v_load(kept->d + slot), old_c = v_load(kept->c + slot);
+  const vfloat adds = s * (1.0f - c), added = old_s * (1.0f - old_c);
+  const vint wins = candidate & ((old_d == 0.0f) | (adds > added) | ((adds == added) & (d > old_d)));
+  v_store(v_select(old_s, s, wins), kept->s + slot);
+  v_store(v_select(old_d, d, wins), kept->d + slot);
+  v_store(v_select(old_c, c, wins), kept->c + slot);
+}
+
+HS_INLINE vfloat cosine_to(const FinPlace* p, HS_SHARED const Fins* first, int slot) {
+  return p->nx * v_load(first->nx + slot) + p->ny * v_load(first->ny + slot);
+}
+
+// Whether there is a first fin that looks another way.
+HS_INLINE vint another_way(const FinPlace* p, vfloat c, HS_SHARED const Fins* first, int slot) {
+  return p->inside & (c < HS_SAME_WAY) & (v_load(first->d + slot) > 0.0f);
+}
+
+// Runs the body for each `feature` of the tile and each run of texels (x, y), x a multiple of HS_LANES, that it may reach between
+// span.x and span.y.
+#define HS_FOR_FIN_RUNS(tile, prepare, body)                                                             \
+  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                               \
+    HsFeature hs_stored;                                                                                 \
+    if (!next_feature(&tile, hs_i, shape.tiles_x, refs, rects, features, &hs_stored)) continue;          \
+    const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
+    if (feature.x0 > feature.x1 || feature.y0 > feature.y1) continue;                                    \
+    prepare HS_FOR_ROWS(y, feature.y0, feature.y1) {                                                     \
+      int2 span = feature_span(&feature, y);                                                             \
+      span = (int2)(max(span.x, feature.x0), min(span.y, feature.x1));                                   \
+      if (span.x <= span.y) {                                                                            \
+        HS_FOR_COLUMNS(x, span.x & ~(HS_LANES - 1), span.y) body                                         \
+      }                                                                                                  \
+    }                                                                                                    \
+  }
+
+// Cosines between a feature's directions out of the shadow (one of an edge, the outermost two of a corner) and the first one's.
+HS_INLINE float2 feature_ways(const TileFeature* f, float2* first) {
+  float2 a = (float2)(f->t.y, -f->t.x), b = a;
+  if (f->kind != HS_FEATURE_EDGE) {
+    const float turn = f->h0.x * f->h1.y - f->h0.y * f->h1.x >= 0.0f ? 1.0f : -1.0f;
+    const float side = f->kind == HS_FEATURE_CORNER ? turn : -turn;
+    a = (float2)(-f->h0.y, f->h0.x) * side;
+    b = (float2)(f->h1.y, -f->h1.x) * side;
+  }
+  if (first->x == 0.0f && first->y == 0.0f) *first = a;
+  return (float2)(dot(a, *first), dot(b, *first));
+}
+
+// Draws a layer's fins. Returns the cells that they reach. *varied: some face another way than others, and the second fins hold
+// something.
+HS_INLINE uint draw_tile_fins(const HsView view, const HsFinShape shape, const HsLayers layers, bool single,
+                              const FeatureTile tile, __global const uint* refs, __global const ushort4* rects,
+                              __global const HsFeature* features, const float* d_receiver, __global const float* caster_range,
+                              HS_SHARED TileFins* fins, bool* varied) {
+  HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
+    v_store((vfloat)(0.0f), fins->inner.d + y * HS_TILE + x);
+    v_store((vfloat)(0.0f), fins->outer.d + y * HS_TILE + x);
+  }
+  uint cells = 0;
+  float2 way = (float2)(0.0f);
+  bool other_way = false;
+  HS_FOR_FIN_RUNS(
+      tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);
+      const int casters = single || !feature.inner ? 0 : (int)caster_bits(view, shape, &feature, caster_range);
+      const float2 ways = feature_ways(&feature, &way); other_way |= fmin(ways.x, ways.y) < 0.82f;, {
+        cells |= row_cells(span.x, span.y, y);
+        const int slot = y * HS_TILE + x;
+        const FinPlace p = fin_place(&feature, x, y);
+        const FinWeights w = fin_weights(view, shape, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
+        keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
+        if (casters != 0)
+          v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), (vint)(casters), w.is_inner), fins->own_casters + slot);
+      })
+  *varied = other_way && !layers.faithful;
+  if (*varied) {
+    HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
+      v_store((vfloat)(0.0f), fins->inner2.d + y * HS_TILE + x);
+      v_store((vfloat)(0.0f), fins->outer2.d + y * HS_TILE + x);
+    }
+    HS_FOR_FIN_RUNS(tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);, {
+      const int slot = y * HS_TILE + x;
+      const FinPlace p = fin_place(&feature, x, y);
+      const vfloat inner_c = cosine_to(&p, &fins->inner, slot);
+      const vfloat outer_c = cosine_to(&p, &fins->outer, slot);
+      const vint inner = another_way(&p, inner_c, &fins->inner, slot) & (p.delta_px < 0.0f);
+      const vint outer = another_way(&p, outer_c, &fins->outer, slot) & (p.delta_px > 0.0f);
+      if (v_any(inner | outer)) {
+        const FinWeights w = fin_weights(view, shape, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        keep_second(inner & w.is_inner, w.inner_s, p.d, inner_c, &fins->inner2, slot);
+        keep_second(outer & w.is_outer, w.outer_s, p.d, outer_c, &fins->outer2, slot);
+      }
+    })
+  }
+  return cells;
+}
+
+// ------------------------------------------------------------------------------------------------------------- receivers
+
+// The part of the light that is above a receiver's own plane, in the falloff's terms. The plane's 1/z has the gradient g in the
+// light map (see Receiver), and the light's centre stands 1/(R |g|) radii above it. Where the light is a ball, its disc faces the
+// receiver p: with the plane's normal n scaled to n . p = -1, 1/(R |n - (n . p) p / p^2|).
+HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const Receiver* r, uint falloff) {
+  vfloat g2 = r->plane_dx * r->plane_dx + r->plane_dy * r->plane_dy;
+  const float per_px = shape.ball_q_per_px;
+  if (per_px > 0.0f) {
+    const vfloat qx = (r->u + (0.5f - light.px_from_q.y)) * per_px, qy = (r->v + (0.5f - light.px_from_q.w)) * per_px;
+    const vfloat nz = r->plane_d - (r->plane_dx * qx + r->plane_dy * qy) / per_px;
+    g2 += (nz * nz - r->plane_d * r->plane_d / (1.0f + qx * qx + qy * qy)) * (per_px * per_px);
+  }
+  const vfloat g = sqrt(fmax(g2, 0.0f)) * shape.radius_px;
+  if (!v_any(g > 1.0f)) return (vfloat)(1.0f);
+  return falloff_of(0.5f + 0.5f / fmax(g, 1.0f), falloff);
+}
+
+#define HS_LIT_SHIFT 24  // of a receiver's word: (tile + 1) | lit texels of its footprint << HS_LIT_SHIFT; 0 where no fin is near
+
+// Index of the first pixel that HS_FOR_PIXELS is at.
+#define HS_PIXEL ((size_t)py * view.width_px + px)
+
+// Hard shadows, and which pixels are near fins: to those the tiles give an answer; what they may have at most is left in the
+// visibility.
+// receiver_uvd: float a pixel, three planes: light map position in texels, 1/Lr. receiver_words: uint a pixel. tile_counts:
+// receivers of each tile, must be 0.
+__kernel void begin_fins(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                         __global const float4* normal, __global const float* shadow_map, __global const uchar* near,
+                         const HsFinShape shape, const HsLayers layers, __global float* receiver_uvd,
+                         __global uint* receiver_words, __global uint* tile_counts, __global float* visibility,
+                         const uint plane) {
+  const size_t pixels = (size_t)view.width_px * view.height_px;
+  const float per_step = 1.0f / (float)shape.tile_step;
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
+    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
+    vfloat result = r.visibility;
+    vint words = (vint)(0);
+    if (!v_all(r.decided)) {
+      const Footprint f = footprint(light, &r);
+      const Taps lit = lit_taps(light, shadow_map, &r, &f);
+      result = v_select(falloff_of(bilinear(&f, &lit), layers.falloff), r.visibility, r.decided);
+      const vfloat most = layers.faithful ? (vfloat)(1.0f) : above_horizon(light, shape, &r, layers.falloff);
+      result = fmin(result, v_select(most, (vfloat)(1.0f), r.decided));
+      const vint tiles = v_int((v_float(f.y) + 0.5f) * per_step) * (int)shape.tiles_x + v_int((v_float(f.x) + 0.5f) * per_step);
+      const vint mine = v_not(r.decided) & (v_iota < valid);
+      int tile;
+      const bool together = one_tile(tiles, mine, &tile);
+      vint chosen = (vint)(0);
+      if (together) {
+        if (near[tile]) {
+          chosen = mine;
+          atomic_add(&tile_counts[tile], (uint)lane_count(mine));
+        }
+      } else {
+        for (int i = 0; i < HS_LANES; ++i)
+          if (HS_LANE(mine, i) && near[HS_LANE(tiles, i)]) {
+            HS_SET_LANE(chosen, i);
+            atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
+          }
+      }
+      if (v_any(chosen)) {
+        const vint bits = v_int(lit.v00 + 2.0f * lit.v10 + 4.0f * lit.v01 + 8.0f * lit.v11);
+        words = v_select((vint)(0), (tiles + 1) | (bits << HS_LIT_SHIFT), chosen);
+        result = v_select(result, most, chosen);
+        store_lanes(r.u, receiver_uvd, HS_PIXEL, valid);
+        store_lanes(r.v, receiver_uvd + pixels, HS_PIXEL, valid);
+        store_lanes(r.plane_d, receiver_uvd + 2 * pixels, HS_PIXEL, valid);
+      }
+    }
+    store_lanes(v_float_of_bits(words), (__global float*)receiver_words, HS_PIXEL, valid);
+    store_visibility(&r, result, visibility, (size_t)plane * pixels + HS_PIXEL, valid);
+  }
+}
+
+// listed: pixels of each tile's receivers.
+__kernel void list_fin_receivers(const HsReceiverView view, __global const uint* receiver_words, __global uint* tile_cursors,
+                                 __global uint* listed) {
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
+    const vint words = v_as_int(load_lanes((__global const float*)receiver_words, HS_PIXEL, valid));
+    const vint mine = (words != 0) & (v_iota < valid);
+    if (!v_any(mine)) continue;
+    const vint tiles = (words & ((1 << HS_LIT_SHIFT) - 1)) - 1;
+    int tile;
+    const bool together = one_tile(tiles, mine, &tile);
+    uint slot = together ? atomic_add(&tile_cursors[tile], (uint)lane_count(mine)) : 0;
+    for (int i = 0; i < HS_LANES; ++i)
+      if (HS_LANE(mine, i)) listed[together ? slot++ : atomic_inc(&tile_cursors[HS_LANE(tiles, i)])] = (uint)HS_PIXEL + i;
+  }
+}
+
+// --------------------------------------------------------------------------------------------------------------- weights
 
 // A fin's weight for this receiver, from the one for the reference plane (Eq. 5): s_r = 1/2 + (B_0/B_r) (s_0 - 1/2), and with
 // Eq. 3 B_0/B_r = w(Lb, L0) / w(Lb, Lr). A receiver before the fin sees nothing of it; at contact w vanishes, and with it the
 // weight.
-HS_INLINE vfloat refined_weight(const HsView light, const Receiver* r, vfloat s, vfloat d) {
-  const vfloat beyond = d - r->plane_d;
+HS_INLINE vfloat refined_weight(const HsView light, vfloat receiver_d, vfloat s, vfloat d) {
+  const vfloat beyond = d - receiver_d;
   const vfloat refined = 0.5f + (d - light.d_far) / fmax(beyond, 1e-30f) * (s - 0.5f);
   return v_select((vfloat)(0.0f), clamp(refined, 0.0f, 0.5f), beyond > 0.0f);
 }
 
-// What the fins at a texel say of a receiver.
+// A receiver's footprint in its tile.
 typedef struct {
-  vfloat lit;           // hard shadow: 0 or 1
-  vfloat inner, outer;  // refined weights
-  vfloat inner_d;       // 1/Lb of the inner fin; 0 for none
-  vint any;             // there is a fin
-} FinTexel;
+  vfloat u, v;            // light map position in texels
+  vfloat d;               // 1/Lr
+  vint texel;             // the first, in the tile
+  vfloat w[4];            // bilinear weights
+  vint lit_bits, lit[4];  // not in hard shadow
+  vint cells;             // that it lies in
+  vint decided;           // there is no such receiver
+} TileReceiver;
 
-HS_INLINE FinTexel fin_texel(const HsView light, __global const float4* fins, const Receiver* r, vfloat lit, vint near,
-                             vint texel) {
-  __global const float* values = (__global const float*)fins;
-  const vint i = v_select((vint)(0), texel * 4, near);
-  vfloat inner_s, inner_d, outer_s, outer_d;
-  v_gather_pair(values, i, &inner_s, &inner_d);
-  v_gather_pair(values, i + 2, &outer_s, &outer_d);
-  FinTexel t;
-  t.lit = lit;
-  t.inner_d = v_select((vfloat)(0.0f), inner_d, near);
-  outer_d = v_select((vfloat)(0.0f), outer_d, near);
-  // Weight 1/2 marks the fin of the other side, which reaches over the silhouette.
-  t.inner = v_select(refined_weight(light, r, inner_s, t.inner_d), (vfloat)(0.0f), (lit > 0.0f) & (inner_s >= 0.5f));
-  t.outer = v_select(refined_weight(light, r, outer_s, outer_d), (vfloat)(0.0f), (lit == 0.0f) & (outer_s >= 0.5f));
-  t.any = (t.inner_d > 0.0f) | (outer_d > 0.0f);
+HS_INLINE TileReceiver tile_receiver(const HsView light, int2 tile_px, vfloat u, vfloat v, vfloat d, vint lit_bits, int valid) {
+  TileReceiver r;
+  const vfloat x = min(max(floor(u), 0.0f), (float)light.width_px - 2.0f);
+  const vfloat y = min(max(floor(v), 0.0f), (float)light.height_px - 2.0f);
+  const vfloat s = min(max(u - x, 0.0f), 1.0f), t = min(max(v - y, 0.0f), 1.0f);
+  const vint ix = clamp(v_int(x) - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
+  const vint iy = clamp(v_int(y) - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
+  r.decided = v_not(v_iota < valid);
+  r.u = u;
+  r.v = v;
+  r.d = d;
+  r.lit_bits = lit_bits & 15;
+  r.texel = iy * HS_TILE + ix;
+  r.w[0] = (1.0f - s) * (1.0f - t);
+  r.w[1] = s * (1.0f - t);
+  r.w[2] = (1.0f - s) * t;
+  r.w[3] = s * t;
+  for (int k = 0; k < 4; ++k) r.lit[k] = (lit_bits & (1 << k)) != 0;
+  const vint one = (vint)(1);
+  const vint cx = (one << ix / HS_CELL_PX) | (one << (ix + 1) / HS_CELL_PX);
+  r.cells = (cx << iy / HS_CELL_PX * HS_CELLS) | (cx << (iy + 1) / HS_CELL_PX * HS_CELLS);
+  return r;
+}
+
+// What the texels of a footprint hold in one array.
+typedef struct {
+  vfloat v[4];
+} TileTaps;
+
+HS_INLINE TileTaps tile_taps(HS_SHARED const float* values, vint texel) {
+  TileTaps t;
+  v_tile_pair(values, texel, &t.v[0], &t.v[1]);
+  v_tile_pair(values, texel + HS_TILE, &t.v[2], &t.v[3]);
   return t;
 }
 
-// Illuminance, before the falloff: hard shadow plus inner less outer weight.
-HS_INLINE vfloat illuminance(vfloat hard, const FinTexel* t) {
-  return clamp(hard + t->inner - t->outer, 0.0f, 1.0f);
+// The fins at a footprint.
+typedef struct {
+  TileTaps inner_s, inner_d, outer_s, outer_d;
+  TileTaps inner2_s, inner2_d, inner2_c, outer2_s, outer2_d, outer2_c;
+  bool varied;
+} FinTaps;
+
+HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
+  f->inner_s = tile_taps(fins->inner.s, r->texel);
+  f->inner_d = tile_taps(fins->inner.d, r->texel);
+  f->outer_s = tile_taps(fins->outer.s, r->texel);
+  f->outer_d = tile_taps(fins->outer.d, r->texel);
+  f->varied = varied;
+  if (varied) {
+    f->inner2_s = tile_taps(fins->inner2.s, r->texel);
+    f->inner2_d = tile_taps(fins->inner2.d, r->texel);
+    f->inner2_c = tile_taps(fins->inner2.c, r->texel);
+    f->outer2_s = tile_taps(fins->outer2.s, r->texel);
+    f->outer2_d = tile_taps(fins->outer2.d, r->texel);
+    f->outer2_c = tile_taps(fins->outer2.c, r->texel);
+  }
+}
+
+// The refined weight of the fins at some texels of a footprint, w their bilinear weights, those without counting as 0.
+HS_INLINE vfloat mean_weight(const HsView light, const TileReceiver* r, const vfloat* w, const vint* other_side,
+                             const TileTaps* s, const TileTaps* d, vfloat all, vfloat* mean_d) {
+  vfloat has = (vfloat)(0.0f), sum_s = has, sum_d = has;
+  for (int k = 0; k < 4; ++k) {
+    // Weight 1/2 marks the fin of the other side, which reaches over the silhouette.
+    const vint mine = (d->v[k] > 0.0f) & v_not(other_side[k] & (s->v[k] >= 0.5f));
+    const vfloat weight = v_select((vfloat)(0.0f), w[k], mine);
+    has += weight;
+    sum_s += weight * v_select((vfloat)(0.0f), s->v[k], mine);
+    sum_d += weight * v_select((vfloat)(0.0f), d->v[k], mine);
+  }
+  const vfloat per = 1.0f / fmax(has, 1e-12f);
+  *mean_d = sum_d * per;
+  return v_select((vfloat)(0.0f), refined_weight(light, r->d, sum_s * per, *mean_d) * (has / fmax(all, 1e-12f)), has > 0.0f);
+}
+
+HS_INLINE vfloat mean_cosine(const vfloat* w, const TileTaps* d, const TileTaps* c) {
+  vfloat has = (vfloat)(0.0f), sum = has;
+  for (int k = 0; k < 4; ++k) {
+    const vfloat weight = v_select((vfloat)(0.0f), w[k], d->v[k] > 0.0f);
+    has += weight;
+    sum += weight * v_select((vfloat)(0.0f), c->v[k], d->v[k] > 0.0f);
+  }
+  return sum / fmax(has, 1e-12f);
+}
+
+// What two fins hide together that hide a and b of the light each, by the cosine c between their directions: the same part, so
+// that the greater counts; parts as good as independent, at a right angle; opposite parts.
+HS_INLINE vfloat hidden_by_both(vfloat a, vfloat b, vfloat c) {
+  const vfloat same = fmax(a, b), across = a + b - a * b, opposite = fmin(a + b, 1.0f);
+  return v_select(lerp(across, same, fmin(c * (1.0f / HS_SAME_WAY), 1.0f)), lerp(across, opposite, -c), c < 0.0f);
+}
+
+// Illuminance: `hard` (0 or 1) plus what the inner fins let in less what the outer ones hide (Cai §3.4), each after the falloff.
+// w: bilinear weights of the texels that count, `all` their sum; lit: the light sees these.
+HS_INLINE vfloat illuminance(const HsView light, const HsLayers layers, const TileReceiver* r, const FinTaps* f, const vfloat* w,
+                             vfloat all, float hard, bool lit, vfloat* inner_d) {
+  vint inner_other[4], outer_other[4];
+  for (int k = 0; k < 4; ++k) {
+    inner_other[k] = lit ? (vint)(-1) : (vint)(0);
+    outer_other[k] = lit ? (vint)(0) : (vint)(-1);
+  }
+  const uint falloff = layers.faithful ? HS_FALLOFF_LINEAR : layers.falloff;
+  vfloat outer_d, unused;
+  const vfloat inner = mean_weight(light, r, w, inner_other, &f->inner_s, &f->inner_d, all, inner_d);
+  const vfloat outer = mean_weight(light, r, w, outer_other, &f->outer_s, &f->outer_d, all, &outer_d);
+  vfloat lets_in = (vfloat)(0.0f), hides = lets_in;
+  if (v_any(inner > 0.0f)) lets_in = falloff_of(inner, falloff);
+  if (v_any(outer > 0.0f)) hides = falloff_of(outer, falloff);
+  if (f->varied) {
+    const vfloat outer2 = mean_weight(light, r, w, outer_other, &f->outer2_s, &f->outer2_d, all, &unused);
+    if (v_any(outer2 > 0.0f))
+      hides = hidden_by_both(hides, falloff_of(outer2, falloff), mean_cosine(w, &f->outer2_d, &f->outer2_c));
+    const vfloat inner2 = mean_weight(light, r, w, inner_other, &f->inner2_s, &f->inner2_d, all, &unused);
+    if (v_any(inner2 > 0.0f)) {
+      const vfloat b = falloff_of(inner2, falloff), c = mean_cosine(w, &f->inner2_d, &f->inner2_c);
+      lets_in = lerp(fmax(lets_in, b), lets_in + b, clamp(-c, 0.0f, 1.0f));
+    }
+  }
+  return clamp(hard + lets_in - hides, 0.0f, 1.0f);
+}
+
+HS_INLINE vfloat sum_of(const vfloat* w) {
+  return (w[0] + w[1]) + (w[2] + w[3]);
+}
+
+HS_INLINE vfloat hard_shadow(const TileReceiver* r) {
+  vfloat sum = (vfloat)(0.0f);
+  for (int k = 0; k < 4; ++k) sum += v_select((vfloat)(0.0f), r->w[k], r->lit[k]);
+  return sum;
 }
 
 // One layer of fins.
-HS_INLINE vfloat visibility_fins(const HsView light, __global const float* shadow_map, __global const float4* fins,
-                                 __global const uchar* tile_near_fins, uint falloff, const Receiver* r) {
-  const Footprint f = footprint(light, r);
-  Taps v = lit_taps(light, shadow_map, r, &f);
-  const vint near = near_fins(light, &f, r, tile_near_fins);
-  if (v_any(near)) {
-    const int width_px = (int)light.width_px;
-    const vint first = f.y * width_px + f.x;
-    const FinTexel t00 = fin_texel(light, fins, r, v.v00, near, first), t10 = fin_texel(light, fins, r, v.v10, near, first + 1);
-    const FinTexel t01 = fin_texel(light, fins, r, v.v01, near, first + width_px);
-    const FinTexel t11 = fin_texel(light, fins, r, v.v11, near, first + width_px + 1);
-    v.v00 = illuminance(v.v00, &t00);
-    v.v10 = illuminance(v.v10, &t10);
-    v.v01 = illuminance(v.v01, &t01);
-    v.v11 = illuminance(v.v11, &t11);
+HS_INLINE vfloat one_layer(const HsView light, const HsLayers layers, const TileReceiver* r, const FinTaps* f) {
+  vfloat lit_w[4], dark_w[4];
+  for (int k = 0; k < 4; ++k) {
+    lit_w[k] = v_select((vfloat)(0.0f), r->w[k], r->lit[k]);
+    dark_w[k] = r->w[k] - lit_w[k];
   }
-  return falloff_of(bilinear(&f, &v), falloff);
+  const vfloat lit = sum_of(lit_w), dark = sum_of(dark_w);
+  vfloat sum = (vfloat)(0.0f), unused;
+  if (v_any(lit > 0.0f)) sum = lit * illuminance(light, layers, r, f, lit_w, lit, 1.0f, true, &unused);
+  if (v_any(dark > 0.0f)) sum += dark * illuminance(light, layers, r, f, dark_w, dark, 0.0f, false, &unused);
+  return sum;
 }
 
-__kernel void receive_fins(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                           __global const float4* normal, __global const float* shadow_map, __global const float4* fins,
-                           __global const uchar* tile_near_fins, const uint falloff, __global float* visibility,
-                           const uint plane){
-    HS_FOR_RECEIVERS(visibility_fins(light, shadow_map, fins, tile_near_fins, falloff, &r))}
 // ---------------------------------------------------------------------------------------------------------------- layers
 // Cai's combination of a layer with those before it (§4.2): lit here, the previous illuminance; in penumbra here, the lesser of
 // the two; in umbra here, this layer's. A layer whose caster does not cover the pixel has illuminance 1 less its outer weight, so
@@ -73,155 +492,46 @@ __kernel void receive_fins(const HsView light, const HsReceiverView view, __glob
 //   - where an inner fin of another layer belongs to the same caster, the outline runs through both layers: the greater of the
 //   two;
 //   - where a caster has no inner fin at all: umbra, see raster_casters.
-// The illuminance buffer, float4 a pixel, keeps for the texels that the light sees and for those in hard shadow apart: x: lit; y:
-// in shadow, of the casters done with; z: of the caster at hand; w: 1/Lb where that was last met.
 
-// The light's tiles that the receivers of a strip are near fins in: x0, y0 inclusive, x1, y1 exclusive; all 0 for none.
-#if HS_LANES == 16
-HS_INLINE int v_least(int16 v) {
-  const int8 a = min(v.lo, v.hi);
-  const int4 b = min(a.lo, a.hi);
-  const int2 c = min(b.lo, b.hi);
-  return min(c.x, c.y);
-}
-#else
-#define v_least(v) (v)
-#endif
+// What a pixel has seen so far, apart for the texels of its footprint that the light sees and for those in hard shadow.
+typedef struct {
+  vfloat lit;
+  vfloat done;           // in hard shadow, of the casters done with
+  vfloat at_hand, at_d;  // of the caster at hand, and 1/Lb where that was last met
+} Illuminance;
 
-HS_INLINE ushort4 joined(ushort4 rect, ushort4 other) {
-  if (other.x >= other.z) return rect;
-  if (rect.x >= rect.z) return other;
-  return (ushort4)(min(rect.x, other.x), min(rect.y, other.y), max(rect.z, other.z), max(rect.w, other.w));
-}
-
-// A receiver near fins, as the layers see it again and again: x, y: light map position in texels; z: 1/Lr; w: the lit texels of
-// its footprint, a bit each, or -1 where no fin is near.
-HS_INLINE void store_receiver(const Receiver* r, const Taps* lit, vint near, __global float4* layer_receivers, size_t first,
-                              int valid) {
-  const vfloat bits = lit->v00 + 2.0f * lit->v10 + 4.0f * lit->v01 + 8.0f * lit->v11;
-  store_lanes4(r->u, r->v, r->plane_d, v_select((vfloat)(-1.0f), bits, near), layer_receivers, first, valid);
-}
-
-HS_INLINE Receiver load_receiver(__global const float4* layer_receivers, size_t first, int valid, vint* lit) {
-  Receiver r;
-  vfloat bits;
-  load_lanes4(layer_receivers, first, valid, &r.u, &r.v, &r.plane_d, &bits);
-  *lit = v_int(bits);
-  r.decided = bits < 0.0f;
-  return r;
-}
-
-// Hard shadows; where fins are near, the illuminance buffer begins lit.
-HS_INLINE vfloat begin_layers(const HsView light, __global const float* shadow_map, __global const uchar* near_any, uint falloff,
-                              const Receiver* r, __global float4* layer_receivers, __global float4* illuminances, size_t first,
-                              int valid, ushort4* rect) {
-  const Footprint f = footprint(light, r);
-  const Taps lit = lit_taps(light, shadow_map, r, &f);
-  const vint near = near_fins(light, &f, r, near_any) & !r->decided;
-  if (v_any(near)) {
-    const vint tx = f.x / HS_TILE, ty = f.y / HS_TILE, none = (vint)(USHRT_MAX);
-    *rect =
-        joined(*rect, convert_ushort4((int4)(v_least(v_select(none, tx, near)), v_least(v_select(none, ty, near)),
-                                             1 - v_least(v_select(none, -tx, near)), 1 - v_least(v_select(none, -ty, near)))));
-    const vfloat one = (vfloat)(1.0f);
-    store_lanes4(one, one, one, (vfloat)(0.0f), illuminances, first, valid);
-  }
-  store_receiver(r, &lit, near, layer_receivers, first, valid);
-  return falloff_of(bilinear(&f, &lit), falloff);
-}
-
-// Index of the first pixel that HS_FOR_PIXELS is at.
-#define HS_PIXEL ((size_t)py * view.width_px + px)
-
-// layer_receivers, illuminances: float4 a pixel. strip_rects: ushort4 a work-item.
-__kernel void receive_layers_begin(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                                   __global const float4* normal, __global const float* shadow_map,
-                                   __global const uchar* near_any, const uint falloff, __global float4* layer_receivers,
-                                   __global float4* illuminances, __global ushort4* strip_rects, __global float* visibility,
-                                   const uint plane) {
-  ushort4 rect = (ushort4)(0);
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
-    vfloat result = r.visibility;
-    if (v_all(r.decided))
-      store_lanes4(result, result, result, (vfloat)(-1.0f), layer_receivers, HS_PIXEL, valid);
-    else
-      result =
-          v_select(begin_layers(light, shadow_map, near_any, falloff, &r, layer_receivers, illuminances, HS_PIXEL, valid, &rect),
-                   r.visibility, r.decided);
-    store_visibility(&r, result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
-  }
-  strip_rects[get_global_id(1) * get_global_size(0) + get_global_id(0)] = rect;
-}
-
-HS_INLINE bool any_near(ushort4 rect, __global const uchar* near, uint tiles_x) {
-  bool any = false;
-  for (uint y = rect.y; y < rect.w; ++y)
-    for (uint x = rect.x; x < rect.z; ++x) any |= near[y * tiles_x + x] != 0;
-  return any;
-}
-
-// Adds a texel with bilinear weight `weight` to the means over those texels that the light sees, and those in hard shadow.
-HS_INLINE void add_texel(const FinTexel* t, vfloat weight, vfloat* lit, vfloat* lit_weight, vfloat* other, vfloat* other_weight,
-                         vfloat* inner, vfloat* inner_d, vfloat* inner_weight) {
-  // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
-  weight = v_select((vfloat)(0.0f), weight, t->any);
-  const vfloat sees = weight * t->lit, dark = weight - sees;
-  const vfloat covers = v_select((vfloat)(0.0f), dark, t->inner_d > 0.0f), passes = dark - covers;
-  *lit += sees * illuminance((vfloat)(1.0f), t);
-  *lit_weight += sees;
-  *other += passes * illuminance((vfloat)(1.0f), t);
-  *other_weight += passes;
-  *inner += covers * illuminance((vfloat)(0.0f), t);
-  *inner_d += covers * t->inner_d;
-  *inner_weight += covers;
-}
-
-HS_INLINE void add_layer(const HsView light, const HsFinShape shape, __global const float4* fins,
-                         __global const uchar* near_layer, const Receiver* r, vint lit_bits, __global float4* illuminances,
-                         size_t first, int valid) {
-  const Footprint f = footprint(light, r);
-  const vint near = near_fins(light, &f, r, near_layer) & !r->decided;
-  if (!v_any(near)) return;
-  vfloat lit = (vfloat)(0.0f), lit_weight = lit, other = lit, other_weight = lit, inner = lit, inner_d = lit, inner_weight = lit;
+HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLayers layers, const TileReceiver* r,
+                         const FinTaps* f, Illuminance* seen) {
+  vfloat lit_w[4], other_w[4], inner_w[4];
   for (int k = 0; k < 4; ++k) {
-    const vint texel = (f.y + (k >> 1)) * (int)light.width_px + f.x + (k & 1);
-    const vfloat is_lit = v_select((vfloat)(0.0f), (vfloat)(1.0f), (lit_bits & (1 << k)) != 0);
-    const FinTexel t = fin_texel(light, fins, r, is_lit, near, texel);
-    if (v_any(t.any))
-      add_texel(&t, (k & 1 ? f.s : 1.0f - f.s) * (k & 2 ? f.t : 1.0f - f.t), &lit, &lit_weight, &other, &other_weight, &inner,
-                &inner_d, &inner_weight);
+    // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
+    const vint any = (f->inner_d.v[k] > 0.0f) | (f->outer_d.v[k] > 0.0f);
+    const vfloat w = v_select((vfloat)(0.0f), r->w[k], any & v_not(r->decided));
+    lit_w[k] = v_select((vfloat)(0.0f), w, r->lit[k]);
+    inner_w[k] = v_select(w - lit_w[k], (vfloat)(0.0f), f->inner_d.v[k] == 0.0f);
+    other_w[k] = w - lit_w[k] - inner_w[k];
   }
   const float least = 1e-6f;
-  if (!v_any(lit_weight + other_weight + inner_weight > least)) return;
-  vfloat seen, done, at_hand, d;
-  load_lanes4(illuminances, first, valid, &seen, &done, &at_hand, &d);
-  seen = fmin(seen, v_select((vfloat)(1.0f), lit / fmax(lit_weight, least), lit_weight > least));
-  done = fmin(done, v_select((vfloat)(1.0f), other / fmax(other_weight, least), other_weight > least));
-
-  const vint covered = near & (inner_weight > least);
-  const vfloat here = inner / fmax(inner_weight, least), here_d = inner_d / fmax(inner_weight, least);
-  // The same caster's outline, or that of one beneath it: see caster_depth.
-  const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(d, 1e-30f);
-  const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * fmax(here_d, 1e-30f));
-  const vint same = (d > 0.0f) & (fabs(apart) <= depth);
-  done = v_select(done, fmin(done, at_hand), covered & !same);
-  at_hand = v_select(at_hand, v_select(here, fmax(here, at_hand), same), covered);
-  d = v_select(d, here_d, covered);
-  store_lanes4(seen, done, at_hand, d, illuminances, first, valid);
-}
-
-__kernel void receive_layer(const HsView light, const HsReceiverView view, __global const float4* layer_receivers,
-                            __global const float4* fins, __global const uchar* near_layers, const HsFinShape shape,
-                            const HsLayer layer, __global float4* illuminances, __global const ushort4* strip_rects) {
-  __global const uchar* near_layer = near_layers + layer.index * (light.tiles_x * light.tiles_y);
-  const ushort4 rect = strip_rects[get_global_id(1) * get_global_size(0) + get_global_id(0)];
-  if (any_near(rect, near_layer, light.tiles_x)) {
-    HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-      vint lit;
-      const Receiver r = load_receiver(layer_receivers, HS_PIXEL, valid, &lit);
-      if (!v_all(r.decided)) add_layer(light, shape, fins, near_layer, &r, lit, illuminances, HS_PIXEL, valid);
-    }
+  const vfloat lit = sum_of(lit_w), other = sum_of(other_w), inner = sum_of(inner_w);
+  vfloat unused, here_d;
+  if (v_any(lit > least)) {
+    const vfloat here = illuminance(light, layers, r, f, lit_w, lit, 1.0f, true, &unused);
+    seen->lit = v_select(seen->lit, fmin(seen->lit, here), lit > least);
+  }
+  if (v_any(other > least)) {
+    const vfloat here = illuminance(light, layers, r, f, other_w, other, 1.0f, false, &unused);
+    seen->done = v_select(seen->done, fmin(seen->done, here), other > least);
+  }
+  const vint covered = inner > least;
+  if (v_any(covered)) {
+    const vfloat here = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
+    // The same caster's outline, or that of one beneath it: see caster_depth.
+    const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(seen->at_d, 1e-30f);
+    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * fmax(here_d, 1e-30f));
+    const vint same = (seen->at_d > 0.0f) & (fabs(apart) <= depth);
+    seen->done = v_select(seen->done, fmin(seen->done, seen->at_hand), covered & v_not(same));
+    seen->at_hand = v_select(seen->at_hand, v_select(here, fmax(here, seen->at_hand), same), covered);
+    seen->at_d = v_select(seen->at_d, here_d, covered);
   }
 }
 
@@ -239,57 +549,186 @@ HS_INLINE vint caster_bits_at(__global const float* caster_range, vfloat z) {
 // at the receiver's own depth, or the step of it just before, only the one in the shadow map is known not to be the receiver
 // itself.
 HS_INLINE vint other_caster_at(__global const float* shadow_map, __global const uint* other_casters,
-                               __global const float* caster_range, vint own_bits, vint before, vint dark, vint texel) {
-  texel = v_select((vint)(0), texel, dark);
-  const vint seen_bit = caster_bits_at(caster_range, v_gather(shadow_map, texel));
-#if HS_LANES == 16
-  int casters[16];
-  for (int i = 0; i < 16; ++i) casters[i] = (int)other_casters[((const int*)&texel)[i]];
-  const vint others = vload16(0, casters);
-#else
-  const vint others = (int)other_casters[texel];
-#endif
+                               __global const float* caster_range, HS_SHARED const TileFins* fins, vint own_bits, vint before,
+                               vint dark, vint map_texel, vint tile_texel) {
+  map_texel = v_select((vint)(0), map_texel, dark);
+  const vint seen_bit = caster_bits_at(caster_range, v_gather(shadow_map, map_texel));
+  vint others;
+  for (int i = 0; i < HS_LANES; ++i)
+    HS_PUT_INT(others, i, (int)other_casters[HS_LANE(map_texel, i)] & ~fins->own_casters[HS_LANE(tile_texel, i)]);
   return (others & (before | (own_bits & seen_bit))) != 0;
 }
 
 HS_INLINE vfloat end_layers(const HsView light, __global const float* shadow_map, __global const uint* other_casters,
-                            __global const float* caster_range, uint falloff, __global const float4* illuminances, size_t first,
-                            int valid, const Receiver* r, vint lit_bits) {
-  const Footprint f = footprint(light, r);
-  const vfloat z = 1.0f / r->plane_d;
+                            __global const float* caster_range, HS_SHARED const TileFins* fins, int2 tile_px,
+                            const TileReceiver* r, const Illuminance* seen) {
+  const vfloat z = 1.0f / r->d;
   const vint last_bit = caster_bits_at(caster_range, z - 1.0f / caster_range[1]);
   const vint own_bits = last_bit | caster_bits_at(caster_range, z), before = last_bit - 1;
-  vfloat seen, done, at_hand, d, sum = (vfloat)(0.0f);
-  load_lanes4(illuminances, first, valid, &seen, &done, &at_hand, &d);
-  const vfloat in_shadow = v_select((vfloat)(0.0f), fmin(done, at_hand), d > 0.0f);
+  vfloat sum = (vfloat)(0.0f);
+  const vfloat in_shadow = v_select((vfloat)(0.0f), fmin(seen->done, seen->at_hand), seen->at_d > 0.0f);
   for (int k = 0; k < 4; ++k) {
-    const vint dark = !r->decided & ((lit_bits & (1 << k)) == 0);
-    vfloat value = v_select(seen, in_shadow, dark);
+    const vint dark = v_not(r->decided) & v_not(r->lit[k]);
+    vfloat value = v_select(seen->lit, in_shadow, dark);
     if (v_any(dark & (in_shadow > 0.0f))) {
-      const vint texel = (f.y + (k >> 1)) * (int)light.width_px + f.x + (k & 1);
-      value = v_select(value, (vfloat)(0.0f),
-                       dark & other_caster_at(shadow_map, other_casters, caster_range, own_bits, before, dark, texel));
+      const vint texel = r->texel + (k >> 1) * HS_TILE + (k & 1);
+      const vint map_texel = (texel / HS_TILE + tile_px.y) * (int)light.width_px + texel % HS_TILE + tile_px.x;
+      value = v_select(
+          value, (vfloat)(0.0f),
+          dark & other_caster_at(shadow_map, other_casters, caster_range, fins, own_bits, before, dark, map_texel, texel));
     }
-    sum += value * (k & 1 ? f.s : 1.0f - f.s) * (k & 2 ? f.t : 1.0f - f.t);
+    sum += value * r->w[k];
   }
-  return falloff_of(clamp(sum, 0.0f, 1.0f), falloff);
+  return clamp(sum, 0.0f, 1.0f);
 }
 
-__kernel void receive_layers_end(const HsView light, const HsReceiverView view, __global const float4* layer_receivers,
-                                 __global const float* shadow_map, __global const uint* other_casters,
-                                 __global const float* caster_range, const uint falloff, __global const float4* illuminances,
-                                 __global const ushort4* strip_rects, __global float* visibility, const uint plane) {
-  const ushort4 rect = strip_rects[get_global_id(1) * get_global_size(0) + get_global_id(0)];
-  if (rect.x < rect.z) {
-    __global float* out = visibility + (size_t)plane * view.height_px * view.width_px;
-    HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-      vint lit;
-      const Receiver r = load_receiver(layer_receivers, HS_PIXEL, valid, &lit);
-      if (!v_all(r.decided))
-        store_lanes(
-            v_select(end_layers(light, shadow_map, other_casters, caster_range, falloff, illuminances, HS_PIXEL, valid, &r, lit),
-                     load_lanes(out, HS_PIXEL, valid), r.decided),
-            out, HS_PIXEL, valid);
+// The answers to listed receivers: no more than what the visibility holds already.
+HS_INLINE void store_listed(vfloat value, __global const uint* pixels, int valid, __global float* visibility) {
+  for (int i = 0; i < min(HS_LANES, valid); ++i) {
+    const uint pixel = pixels[i];
+    visibility[pixel] = fmin(visibility[pixel], HS_FLOAT_LANE(value, i));
+  }
+}
+
+HS_INLINE vfloat load_listed(__global const float* plane, __global const uint* pixels, int valid) {
+  vfloat value;
+  for (int i = 0; i < HS_LANES; ++i) HS_PUT_FLOAT(value, i, plane[pixels[min(i, valid - 1)]]);
+  return value;
+}
+
+// Visits the tile's receivers, HS_LANES at a time: `slot` in the list, `valid` of them.
+#define HS_FOR_LISTED(slot, valid)                                                                            \
+  for (uint slot = mine.first + (uint)get_local_id(0) * HS_LANES, valid = mine.last - slot; slot < mine.last; \
+       slot += HS_TILE_ITEMS * HS_LANES, valid = mine.last - slot)
+
+// The receivers of a tile.
+typedef struct {
+  uint first, last;
+  int2 tile_px;
+  __global const uint* listed;
+} TileReceivers;
+
+HS_INLINE TileReceiver load_listed_receiver(const HsView view, const TileReceivers* mine, __global const float* receiver_uvd,
+                                            __global const uint* receiver_words, size_t pixels, uint slot, uint valid) {
+  __global const uint* listed = mine->listed + slot;
+  const vfloat u = load_listed(receiver_uvd, listed, (int)valid), v = load_listed(receiver_uvd + pixels, listed, (int)valid);
+  const vfloat d = load_listed(receiver_uvd + 2 * pixels, listed, (int)valid);
+  const vint words = v_as_int(load_listed((__global const float*)receiver_words, listed, (int)valid));
+  return tile_receiver(view, mine->tile_px, u, v, d, words >> HS_LIT_SHIFT, (int)valid);
+}
+
+// states: HS_STATE_PLANES floats a listed receiver: u, v, 1/Lr, bits; Illuminance.
+#define HS_CELLS_SHIFT 4  // of the bits: lit texels | cells << HS_CELLS_SHIFT
+
+HS_INLINE void store_illuminance(const Illuminance* seen, __global float* state, size_t pixels, int valid) {
+  store_lanes(seen->lit, state + 4 * pixels, 0, valid);
+  store_lanes(seen->done, state + 5 * pixels, 0, valid);
+  store_lanes(seen->at_hand, state + 6 * pixels, 0, valid);
+  store_lanes(seen->at_d, state + 7 * pixels, 0, valid);
+}
+
+HS_INLINE Illuminance load_illuminance(__global const float* state, size_t pixels, int valid) {
+  const Illuminance seen = {load_lanes(state + 4 * pixels, 0, valid), load_lanes(state + 5 * pixels, 0, valid),
+                            load_lanes(state + 6 * pixels, 0, valid), load_lanes(state + 7 * pixels, 0, valid)};
+  return seen;
+}
+
+// One work-group a tile of the features. other_casters: see raster_casters; states: float[HS_STATE_PLANES * pixels]; both only
+// for more than one layer.
+__kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive_fins(
+    const HsView view, const HsFinShape shape, const HsLayers layers, __global const HsStatus* status,
+    __global const ushort4* rects, __global const uint* offsets, __global const uint* refs, const uint capacity,
+    __global const HsFeature* features, __global const float* shadow_map, __global const uint* other_casters,
+    __global const float* caster_range, __global const uint* receiver_offsets, __global const uint* listed,
+    __global const float* receiver_uvd, __global const uint* receiver_words, __global float* states, __global float* visibility,
+    const uint plane, const uint pixels) {
+  HS_SHARED TileFins fins;
+#if HS_LANES == 1
+  __local uint all_cells;
+#endif
+  visibility += (size_t)plane * pixels;
+  const uint used = used_layers(layers, caster_range);
+  const bool single = used == 1;
+  FeatureTile tile = feature_tile(view, shape, 0, layers.count, status, offsets, capacity);
+  const TileReceivers mine = {receiver_offsets[get_group_id(0)], receiver_offsets[get_group_id(0) + 1], tile.px, listed};
+  const bool any = mine.first < mine.last;
+  float d_receiver[HS_TILE_STORAGE];
+  if (any) {
+    for (int i = 0; i < HS_TILE_STORAGE; ++i) d_receiver[i] = 0.0f;
+    if (!layers.faithful) load_receivers(view, tile, shadow_map, d_receiver);
+    if (!single) {
+      HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) v_store((vint)(0), fins.own_casters + y * HS_TILE + x);
+      HS_FOR_LISTED(slot, valid) {
+        const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+        const Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
+        __global float* state = states + slot;
+        store_lanes(r.u, state, 0, (int)valid);
+        store_lanes(r.v, state + pixels, 0, (int)valid);
+        store_lanes(r.d, state + 2 * (size_t)pixels, 0, (int)valid);
+        store_lanes(v_float_of_bits(r.lit_bits | (r.cells << HS_CELLS_SHIFT)), state + 3 * (size_t)pixels, 0, (int)valid);
+        store_illuminance(&seen, state, pixels, (int)valid);
+      }
+    }
+  }
+  for (uint layer = 0; layer < used; ++layer) {
+    bool varied = false;
+    uint cells = 0;
+    HS_TILE_BARRIER();
+#if HS_LANES == 1
+    if (get_local_id(0) == 0) all_cells = 0;
+    HS_TILE_BARRIER();
+#endif
+    if (any && (tile.overflow || layer_touches(shape, layer, offsets))) {
+      tile = feature_tile(view, shape, layer, layers.count, status, offsets, capacity);
+      cells = draw_tile_fins(view, shape, layers, single, tile, refs, rects, features, d_receiver, caster_range, &fins, &varied);
+    }
+#if HS_LANES == 1
+    if (cells != 0) atomic_or(&all_cells, cells);
+    HS_TILE_BARRIER();
+    cells = all_cells;
+#endif
+    if (cells != 0) {
+      HS_FOR_LISTED(slot, valid) {
+        FinTaps taps;
+        if (single) {
+          const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+          if (v_any((r.cells & (int)cells) != 0)) {
+            load_fins(&fins, &r, varied, &taps);
+            vfloat value = one_layer(view, layers, &r, &taps);
+            if (layers.faithful) value = falloff_of(value, layers.falloff);
+            store_listed(value, listed + slot, (int)valid, visibility);
+          } else {
+            store_listed(falloff_of(hard_shadow(&r), layers.falloff), listed + slot, (int)valid, visibility);
+          }
+        } else {
+          __global float* state = states + slot;
+          const vint bits = v_as_int(load_lanes(state + 3 * (size_t)pixels, 0, (int)valid));
+          if (v_any(((bits >> HS_CELLS_SHIFT) & (int)cells) != 0)) {
+            const TileReceiver r =
+                tile_receiver(view, mine.tile_px, load_lanes(state, 0, (int)valid), load_lanes(state + pixels, 0, (int)valid),
+                              load_lanes(state + 2 * (size_t)pixels, 0, (int)valid), bits, (int)valid);
+            load_fins(&fins, &r, varied, &taps);
+            Illuminance seen = load_illuminance(state, pixels, (int)valid);
+            add_layer(view, shape, layers, &r, &taps, &seen);
+            store_illuminance(&seen, state, pixels, (int)valid);
+          }
+        }
+      }
+    } else if (single) {
+      HS_FOR_LISTED(slot, valid) {
+        const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+        store_listed(falloff_of(hard_shadow(&r), layers.falloff), listed + slot, (int)valid, visibility);
+      }
+    }
+  }
+  HS_TILE_BARRIER();
+  if (!single) {
+    HS_FOR_LISTED(slot, valid) {
+      const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+      const Illuminance seen = load_illuminance(states + slot, pixels, (int)valid);
+      vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, mine.tile_px, &r, &seen);
+      if (layers.faithful) value = falloff_of(value, layers.falloff);
+      store_listed(value, listed + slot, (int)valid, visibility);
     }
   }
 }

@@ -26,7 +26,10 @@ Lists fill(const KernelRunner& runner, const HsView& view, const std::vector<cl_
   const cl::Buffer refs = runner.filled(capacity + 64, ~cl_uint{0});
   const cl::Buffer status = runner.buffer(std::vector{HsStatus{0, static_cast<cl_uint>(rects.size()), 0, 0}});
   runner.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, cursors, offsets);
-  runner.run("fill_features", cl::NDRange(1024), cl::NDRange(64), view, status, runner.filled(rects.size() + 1, HsFeature{}),
+  HsFinShape shape{};
+  shape.tiles_x = view.tiles_x;
+  shape.tiles_y = view.tiles_y;
+  runner.run("fill_features", cl::NDRange(1024), cl::NDRange(64), shape, status, runner.filled(rects.size() + 1, HsFeature{}),
              runner.buffer(rects), cursors, refs, capacity);
   Lists lists{runner.read<cl_uint>(offsets, tiles + 1), runner.read<cl_uint>(refs, capacity + 64)};
   cl_uint before = 0;
@@ -115,7 +118,14 @@ TEST_P(Bins, WithoutRoomForListsTheMapsAreTheSame) {
   const HsView view = straight_view(*runner_.device, {150, 117}, 150.0f);
   glm::dmat4 placed(1.0);
   placed[3] = {0.1, -0.05, 2.5, 1};
-  const HsFinShape shape{.radius_px = 60.0f, .width_px = 0.0f, .two_sided = 0, .drop_hidden = 0, .ball_q_per_px = 0};
+  const HsFinShape shape{.radius_px = 60.0f,
+                         .width_px = 0.0f,
+                         .two_sided = 0,
+                         .drop_hidden = 0,
+                         .ball_q_per_px = 0,
+                         .tile_step = 0,
+                         .tiles_x = 0,
+                         .tiles_y = 0};
   ViewPasses with(runner_, view, mesh, placed), without(runner_, view, mesh, placed, Room::none);
 
   EXPECT_EQ(with.shadow_map(), without.shadow_map());

@@ -10,10 +10,24 @@ namespace {
 using Features = KernelTest;
 
 constexpr HsFinShape radius_of(float px) {
-  return {px, 0.0f, 0, 0, 0.0f};
+  return {.radius_px = px,
+          .width_px = 0.0f,
+          .two_sided = 0,
+          .drop_hidden = 0,
+          .ball_q_per_px = 0,
+          .tile_step = 0,
+          .tiles_x = 0,
+          .tiles_y = 0};
 }
 constexpr HsFinShape width_of(float px) {
-  return {0.0f, px, 0, 0, 0.0f};
+  return {.radius_px = 0.0f,
+          .width_px = px,
+          .two_sided = 0,
+          .drop_hidden = 0,
+          .ball_q_per_px = 0,
+          .tile_step = 0,
+          .tiles_x = 0,
+          .tiles_y = 0};
 }
 
 struct Built {

@@ -18,8 +18,9 @@ using Shared = KernelTest;
   M(HsView, mid_x_px) M(HsView, mid_y_px) \
   S(HsFeature) M(HsFeature, ax) M(HsFeature, ay) M(HsFeature, ad) M(HsFeature, bx) M(HsFeature, by) M(HsFeature, bd) \
   M(HsFeature, c) M(HsFeature, kind_and_layer) \
-  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) M(HsFinShape, ball_q_per_px) \
-  S(HsLayer) M(HsLayer, index) M(HsLayer, count) M(HsLayer, faithful) M(HsLayer, padding) \
+  S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) \
+      M(HsFinShape, tile_step) M(HsFinShape, tiles_x) M(HsFinShape, tiles_y) M(HsFinShape, ball_q_per_px) \
+  S(HsLayers) M(HsLayers, count) M(HsLayers, falloff) M(HsLayers, faithful) M(HsLayers, automatic) \
   S(HsStatus) M(HsStatus, silhouette_count) M(HsStatus, feature_count) M(HsStatus, dropped_triangle_count) M(HsStatus, negative_count) \
   S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
   M(HsReceiverView, from_world_x) M(HsReceiverView, from_world_y) M(HsReceiverView, from_world_z) M(HsReceiverView, width_px) \

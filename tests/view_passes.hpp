@@ -99,7 +99,8 @@ class ViewPasses {
     std::vector<cl_ushort4> rects;
   };
   /// After classify.
-  FeatureList build_features(const HsFinShape& shape) {
+  FeatureList build_features(HsFinShape shape) {
+    in_tiles_of_map(shape);
     const std::size_t most = 3 * topology_.edges.size();
     features_ = runner_.filled(most, HsFeature{});
     feature_rects_ = runner_.filled(most, cl_ushort4{});
@@ -120,11 +121,12 @@ class ViewPasses {
     std::vector<bool> written;  // a texel
   };
   /// After shadow_map and build_features.
-  FinPlanes fins(const HsFinShape& shape) {
+  FinPlanes fins(HsFinShape shape) {
+    in_tiles_of_map(shape);
     const cl::Buffer fin_offsets = runner_.filled(tile_count() + 1, cl_uint{0});
     const cl::Buffer fin_refs = runner_.filled(std::max(1u, capacity_), ~cl_uint{0});
     scan(feature_counts_, fin_offsets);
-    runner_.run("fill_features", cl::NDRange(64 * 256), cl::NDRange(64), view_, status, features_, feature_rects_,
+    runner_.run("fill_features", cl::NDRange(64 * 256), cl::NDRange(64), shape, status, features_, feature_rects_,
                 feature_counts_, fin_refs, capacity_);
     const cl::Buffer depth = runner_.filled(texel_count(), -1.0f), alpha = runner_.filled(texel_count(), -1.0f),
                      near = runner_.filled(tile_count(), cl_uchar{0});
@@ -146,6 +148,11 @@ class ViewPasses {
   cl::Buffer sides, multiplicities, silhouettes;
 
  private:
+  void in_tiles_of_map(HsFinShape& shape) const {
+    shape.tile_step = runner_.device->tile_px;
+    shape.tiles_x = view_.tiles_x;
+    shape.tiles_y = view_.tiles_y;
+  }
   void scan(const cl::Buffer& tile_counts, const cl::Buffer& tile_offsets) {
     runner_.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), static_cast<cl_uint>(tile_count()), tile_counts, tile_offsets);
   }

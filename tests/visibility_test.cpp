@@ -64,16 +64,16 @@ class Visibility : public ShapedKernelTest {
     const cl::Buffer out = runner_.filled(2 * pixels.size(), -1.0f);
     const std::string name = kernel;
     const cl_uint plane = 1;
+    HsFinShape shape{};
+    shape.radius_px = radius_px_;
     if (name == "receive_all")
       runner_.run_receivers(kernel, size, light_, view, position, normal, out, plane);
     else if (name == "receive_smoothies")
       runner_.run_receivers(kernel, size, light_, view, position, normal, map, runner_.buffer(fin_depth_),
                             runner_.buffer(fin_alpha_), runner_.buffer(near_fins_), falloff, out, plane);
     else if (name == "receive_pcss")
-      runner_.run_receivers(
-          kernel, size, light_, view, position, normal, map,
-          HsFinShape{.radius_px = radius_px_, .width_px = 0, .two_sided = 0, .drop_hidden = 0, .ball_q_per_px = 0}, nearest_d_,
-          static_cast<cl_uint>(points_.size() / 2), runner_.buffer(points_), out, plane);
+      runner_.run_receivers(kernel, size, light_, view, position, normal, map, shape, nearest_d_,
+                            static_cast<cl_uint>(points_.size() / 2), runner_.buffer(points_), out, plane);
     else
       runner_.run_receivers(kernel, size, light_, view, position, normal, map, out, plane);
     const std::vector<float> both = runner_.read<float>(out, 2 * pixels.size());

@@ -89,7 +89,8 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
-  command.add_option("--layers", layers, fmt::format("layered-fins: 1 to 1024 (default: {})", defaults.layers))->option_text("N");
+  command.add_option("--layers", layers, "layered-fins: 1 to 1024, or as the scene needs (default: auto)")
+      ->option_text("N|auto");
   command
       .add_option("--samples", samples,
                   fmt::format("Points of the light (default: light-samples {}, exact {})",
@@ -147,7 +148,8 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
   }
   if (!smoothie_width.empty()) settings.smoothie_width = parse_smoothie_width(smoothie_width);
   if (!falloff.empty()) settings.falloff = falloff_from_name(falloff);
-  if (!layers.empty()) settings.layers = static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
+  if (!layers.empty() && layers != "auto")
+    settings.layers = static_cast<unsigned>(parse_integer("--layers", layers, 1, largest_layer_count));
   if (!samples.empty()) settings.samples = static_cast<unsigned>(parse_integer("--samples", samples, 1, largest_sample_count));
   settings.faithful = faithful;
 
@@ -195,7 +197,10 @@ std::vector<std::pair<std::string, std::string>> describe(const Settings& settin
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
   if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
-  if (heeds(info, "layers")) entries.emplace_back("layers", fmt::format("{}", settings.layers));
+  if (heeds(info, "layers")) {
+    const std::optional<unsigned> count = chosen_layers(settings);
+    entries.emplace_back("layers", count ? fmt::format("{}", *count) : "auto");
+  }
   if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", chosen_samples(settings)));
   if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
   if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));

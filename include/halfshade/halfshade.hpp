@@ -262,7 +262,8 @@ struct Settings {
   unsigned pcss_taps = 32;              ///< look-ups of each of the two steps, 16 or 32 (method pcss)
   double smoothie_width = 0.0;  ///< Chan & Durand's t, in normalised device coordinates of the light's cone; 0: from the radius
   std::optional<Falloff> falloff = {};  ///< methods with a penumbra; by default the method's own, see chosen_falloff
-  unsigned layers = 16;                 ///< of method layered_fins, 1 to 1024
+  /// Of method layered_fins, 1 to 1024; by default as many as the depths of the scene's silhouettes call for, see chosen_layers.
+  std::optional<unsigned> layers = {};
   /// Points of the light's disc: method light_samples, at least 1 (64 by default); method exact, 16, 64, 256 or 1024 (256).
   std::optional<unsigned> samples = {};
   bool faithful = false;  ///< as published, where this implementation knows better (see MethodInfo::options)
@@ -272,6 +273,9 @@ struct Settings {
 
 /// The falloff that a method is drawn with: the one asked for, its paper's if faithful, else its best.
 Falloff chosen_falloff(const Settings& settings);
+/// The number of layers that layered_fins is drawn with: the one asked for, its paper's 16 if faithful, else none: chosen on the
+/// device, 1 to 16, so that no layer is thicker than the depth within which silhouettes are taken for one caster's.
+std::optional<unsigned> chosen_layers(const Settings& settings);
 /// The number of samples that a method is drawn with.
 unsigned chosen_samples(const Settings& settings);
 /// Whether a light of this shape is drawn with these settings; where not, rendering throws InputError.
