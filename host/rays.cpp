@@ -316,10 +316,11 @@ RayReceivers RayScene::receivers(glm::uvec2 resolution, std::span<const glm::dve
         for (unsigned x = tile_x; x < std::min(tile_x + tile, resolution.x); ++x) {
           const std::size_t i = std::size_t{y} * resolution.x + x;
           if (receivers.kinds[i] != PixelKind::counted) continue;
-          // Lifted by what the point, and then its single-precision coordinates, may be off the surface.
+          // Lifted by what the point, or its single-precision coordinates, may be off the surface.
+          // kernels/visibility_edge_lists.cl lifts as far: where they differ, so do the samples that are seen from near contacts.
           const glm::dvec3 p = position_ws[i] - origin_ws_;
           const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-          const double lift = (footprint.empty() ? 0.0 : footprint[i]) + 0x1p-21 * largest;
+          const double lift = std::max(footprint.empty() ? 0.0 : footprint[i], 0x1p-21 * largest);
           receivers.pixels.push_back(static_cast<std::uint32_t>(i));
           receivers.origins.emplace_back(p + lift * glm::dvec3(normal_ws[i]));
         }

@@ -5,7 +5,7 @@
 #if HS_LANES == 16
 #define HS_CHUNK 64
 #define HS_BATCH 1024
-#define HS_LISTED 2048
+#define HS_LISTED 4096
 #else
 #define HS_CHUNK 1
 #define HS_BATCH 1
@@ -35,7 +35,8 @@ typedef struct {
 } EdgeList;
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
-// the rasterizer snaps vertices to a 256th, and the rounding of coordinates. slope_ls: of its plane's 1/z in q.
+// the rasterizer snaps vertices to a 256th, or the rounding of coordinates; host/rays.cpp lifts as far. slope_ls: of its plane's
+// 1/z in q.
 HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
                                  __global const float4* normal, float2* slope_ls) {
   float4 p;
@@ -44,8 +45,8 @@ HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global
     const float z = depth_or_position[pixel];
     p = z * (view.ray0 + (float)(pixel % view.width_px) * view.ray_dx + (float)(pixel / view.width_px) * view.ray_dy) +
         view.origin;
-    error = z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f) +
-            view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-23f;
+    error = fmax(z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
+                 view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-22f);
   } else {
     const float4 q = ((__global const float4*)depth_or_position)[pixel];
     const float4 h = (float4)(q.xyz, 1.0f);

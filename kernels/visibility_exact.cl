@@ -18,8 +18,6 @@
 
 #if HS_LANES == 16
 typedef short16 v_short;
-#define v_load_short(p) vload16(0, p)
-#define v_store_short(v, p) vstore16(v, 0, p)
 #define v_short_of convert_short16
 #define v_int_of_short convert_int16
 HS_INLINE int short_lane_count(short16 mask) {
@@ -27,8 +25,6 @@ HS_INLINE int short_lane_count(short16 mask) {
 }
 #else
 typedef short v_short;
-#define v_load_short(p) (*(p))
-#define v_store_short(v, p) (*(p) = (v))
 #define v_short_of(mask) ((short)-((mask) != 0))
 #define v_int_of_short (int)
 #define short_lane_count(mask) ((mask) != 0)
@@ -195,7 +191,7 @@ HS_INLINE int project_edges(const EdgeList* list, int count, const HsDisc disc, 
 
 // Adds the crossings of those edges to the receiver's counts, one a sample.
 HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation,
-                               __global const float* samples, __global const ushort* rank_table, short* counts, Walk* walk) {
+                               __global const float* samples, __global const ushort* rank_table, v_short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
   __global const float* sample_x = samples;
   __global const float* sample_y = samples + n;
@@ -246,7 +242,7 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
     const vint crossings = v_select(m, -m, centre_left);
     if (!walk->touched) {
       walk->touched = true;
-      for (int k = 0; k < n; k += HS_LANES) v_store_short((v_short)(0), counts + k);
+      for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)(0);
     }
     for (; bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits);
@@ -258,7 +254,7 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
         const vint ks = k + v_iota;
         const vint crossed =
             (ks >= begin) & (ks < end) & (v_load(sample_x + at) * lane_ey - v_load(sample_y + at) * lane_ex > lane_c);
-        v_store_short(v_load_short(counts + at) + (v_short_of(crossed) & lane_m), counts + at);
+        counts[at / HS_LANES] += v_short_of(crossed) & lane_m;
       }
     }
   }
@@ -382,10 +378,10 @@ HS_INLINE float2 rotation_of(uint pixel) {
 }
 
 // What the samples in sight, where the count is not above -centre, add to each channel; w = 1.
-HS_INLINE float4 tint_of(const short* counts, int centre, int n, __global const float* weights) {
+HS_INLINE float4 tint_of(const v_short* counts, int centre, int n, __global const float* weights) {
   vfloat red = (vfloat)(0.0f), green = red, blue = red;
   for (int k = 0; k < n; k += HS_LANES) {
-    const vint seen = v_int_of_short(v_load_short(counts + k) + (v_short)((short)centre) <= (v_short)((short)0));
+    const vint seen = v_int_of_short(counts[k / HS_LANES] + (v_short)((short)centre) <= (v_short)((short)0));
     red += v_select((vfloat)(0.0f), v_load(weights + k), seen);
     green += v_select((vfloat)(0.0f), v_load(weights + n + k), seen);
     blue += v_select((vfloat)(0.0f), v_load(weights + 2 * n + k), seen);
@@ -414,7 +410,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
   Batch batch;
   EdgeList lists[2];
   Passing passing;
-  short counts[HS_CHUNK * HS_MAX_SAMPLES];
+  v_short counts[HS_CHUNK * HS_MAX_SAMPLES / HS_LANES];  // a vector's alignment: compilers split loads and stores of less
   Walk walks[HS_CHUNK];
   int asking[HS_CHUNK], crossings[HS_CHUNK];
   const int n = (int)disc.sample_count;
@@ -460,7 +456,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                 project_edges(&lists[1], near_count, disc, batch.x[k], batch.y[k], batch.z[k], &passing, &walks[i]);
             if (passing_count == 0) continue;
             const float2 rotation = disc.rotated ? rotation_of(listed[batch_first + k]) : (float2)(1.0f, 0.0f);
-            count_crossings(&passing, passing_count, disc, rotation, samples, rank_table, counts + i * HS_MAX_SAMPLES, &walks[i]);
+            count_crossings(&passing, passing_count, disc, rotation, samples, rank_table,
+                            counts + i * (HS_MAX_SAMPLES / HS_LANES), &walks[i]);
           }
         }
 
@@ -484,7 +481,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
           if (walks[i].touched) {
             int seen_count = 0;
             for (int k = 0; k < n; k += HS_LANES) {
-              const v_short depth = v_load_short(counts + i * HS_MAX_SAMPLES + k) + (v_short)((short)centre[i]);
+              const v_short depth = counts[(i * HS_MAX_SAMPLES + k) / HS_LANES] + (v_short)((short)centre[i]);
               seen_count += short_lane_count(depth <= (short)0);
               negative |= short_lane_count(depth < (short)0) != 0;
             }
@@ -494,8 +491,9 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
           const size_t pixels = (size_t)view.width_px * view.height_px, pixel = listed[batch_first + first + i];
           visibility[plane * pixels + pixel] = seen;
           if (disc.tinted)
-            tints[tint_plane * pixels + pixel] =
-                walks[i].touched ? tint_of(counts + i * HS_MAX_SAMPLES, centre[i], n, weights) : (float4)(seen, seen, seen, 1.0f);
+            tints[tint_plane * pixels + pixel] = walks[i].touched
+                                                     ? tint_of(counts + i * (HS_MAX_SAMPLES / HS_LANES), centre[i], n, weights)
+                                                     : (float4)(seen, seen, seen, 1.0f);
         }
       }
     }

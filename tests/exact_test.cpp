@@ -253,7 +253,7 @@ TEST_P(ExactTest, AgreesWithRaysOnTheSameSamples) {
           trace_visibility(rays, scene.lights[0], receivers, {.samples = 256, .rotate = pattern == SamplePattern::rotated});
       const ErrorFigures figures = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds);
       EXPECT_GT(figures.penumbra_pixels, 300u) << name;
-      EXPECT_LE(figures.rmse, 2e-4) << name;
+      EXPECT_LE(figures.rmse, 1e-4) << name;
       EXPECT_LE(figures.max_error, 0.02) << name;
       EXPECT_EQ(drawn.stats.lights[0].negative_pixels, 0u) << name;
     }
@@ -384,7 +384,7 @@ TEST_P(ExactTest, AgreesWithRaysFromARectangle) {
   const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 256});
   const ErrorFigures figures = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds);
   EXPECT_GT(figures.penumbra_pixels, 300u);
-  EXPECT_LE(figures.rmse, 2e-4);
+  EXPECT_LE(figures.rmse, 1e-4);
   EXPECT_LE(figures.max_error, 0.02);
 }
 
