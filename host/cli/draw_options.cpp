@@ -89,8 +89,7 @@ void DrawOptions::add(CLI::App& command, std::string_view default_methods) {
   command.add_option("--smoothie-width", smoothie_width, "smoothies: width, or from the light's radius (default: auto)")
       ->option_text("T|auto");
   command.add_option("--falloff", falloff, "linear, bernstein, sine or disc (default: the method's best)")->option_text("F");
-  command.add_option("--layers", layers, "layered-fins: 1 to 1024, or as the scene needs (default: auto)")
-      ->option_text("N|auto");
+  command.add_option("--layers", layers, "layered-fins: 1 to 1024, or as the scene needs (default: auto)")->option_text("N|auto");
   command
       .add_option("--samples", samples,
                   fmt::format("Points of the light (default: light-samples {}, exact {})",
