@@ -279,6 +279,15 @@ TEST_F(LightBuffersTest, OfAPointLightAreSix) {
   EXPECT_GT(renderer.stats().lights.at(0).silhouette_edges, 0u);
 }
 
+TEST_F(LightBuffersTest, OnlySpotsAreRectangles) {
+  Renderer renderer(runner_.device);
+  for (Scene scene : {sunny(), lamp_lit(0)}) {
+    scene.lights[0].shape = LightShape::rectangle;
+    scene.lights[0].size = {1, 1};
+    EXPECT_THROW(renderer.set_scene(scene), InputError);
+  }
+}
+
 TEST_F(LightBuffersTest, ASmoothieWidthIsOfACone) {
   Renderer renderer(runner_.device);
   renderer.set_scene(sunny());

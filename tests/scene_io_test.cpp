@@ -189,6 +189,7 @@ TEST_F(SceneFile, KeysAndValuesThatALightTypeDoesNotHaveAreRefused) {
   refuse("/lights/0/position", {0, 1, 0}, {": lights[0]: expected one of the keys ", "angular_radius_deg", "\"position\""});
   refuse("/lights/0/radius", 1, {": lights[0]: expected one of the keys "});
   refuse("/lights/0/cone_deg", 60, {": lights[0]: expected one of the keys "});
+  refuse("/lights/0/shape", "rectangle", {": lights[0]: expected one of the keys "});
   refuse("/lights/0/direction", {0, 0, 0}, {": lights[0].direction: ", "not 0"});
   refuse("/lights/0/direction", {1e308, 1e308, 0}, {": lights[0].direction: ", "out of reach"});
   refuse("/lights/0/up", {0, 2, 0}, {": lights[0].up: ", "not along the light's direction"});
