@@ -39,6 +39,12 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
                    p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 }
 #define v_all(m) (!v_any(v_not(m)))
+HS_INLINE float v_least(float16 v) {
+  const float8 a = fmin(v.lo, v.hi);
+  const float4 b = fmin(a.lo, a.hi);
+  const float2 c = fmin(b.lo, b.hi);
+  return fmin(c.x, c.y);
+}
 #define v_first(v) ((v).s0)
 #define v_as_int as_int16
 // One lane of a mask or vector in memory.
@@ -111,6 +117,7 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
   *right = p[i + 1];
 }
 #define v_all(m) ((m) != 0)
+#define v_least(v) (v)
 #define v_first(v) (v)
 #define v_as_int as_int
 #define HS_LANE(v, i) (v)

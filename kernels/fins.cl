@@ -229,9 +229,15 @@ HS_INLINE void flag_near_tile(bool touched, __global uchar* tile_near_fins) {
     body                                                                                \
   }
 
-// 1/Lr of what the shadow map holds at the tile's texels: the farthest receiver where it is empty.
-HS_INLINE void load_receivers(const HsView view, const FeatureTile tile, __global const float* shadow_map, float* d_receiver) {
-  HS_FOR_TILE_TEXELS(tile, v_store(max(1.0f / load_lanes(shadow_map, texel, valid), view.d_far), d_receiver + slot);)
+// 1/Lr of what the shadow map holds at the tile's texels: the farthest receiver where it is empty. Returns the least of them.
+HS_INLINE float load_receivers(const HsView view, const FeatureTile tile, __global const float* shadow_map, float* d_receiver) {
+  vfloat least = (vfloat)(INFINITY);
+  HS_FOR_TILE_TEXELS(tile, {
+    const vfloat d = max(1.0f / load_lanes(shadow_map, texel, valid), view.d_far);
+    v_store(d, d_receiver + slot);
+    least = fmin(least, d);
+  })
+  return fmax(v_least(least), view.d_far);
 }
 
 // ------------------------------------------------------------------------------------------------------------- smoothies
@@ -249,15 +255,17 @@ HS_INLINE vfloat smoothie_alpha(const HsFinShape shape, vfloat distance_px, vflo
 // fin_alpha: float a texel: the minimum of alpha' over all smoothies, 1 where there is none.
 // A smoothie texel with alpha' >= 1 shadows nothing and is not stored.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_fins(
-    const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
+    const HsView light, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
     __global const float* shadow_map, __global uchar* tile_near_fins, __global float* fin_depth, __global float* fin_alpha) {
+  HsView view = light;
   const FeatureTile tile = feature_tile(view, shape, 0, 1, status, offsets, capacity);
   if (is_written(shape, offsets)) {
     float d_receiver[HS_TILE_STORAGE], nearest_d[HS_TILE_STORAGE], least_alpha[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) nearest_d[i] = 0.0f;
     for (int i = 0; i < HS_TILE_STORAGE; ++i) least_alpha[i] = 1.0f;
-    load_receivers(view, tile, shadow_map, d_receiver);
+    // A fin that falls on nothing farther reaches no farther than for that: most of them lie on the caster itself.
+    view.d_far = load_receivers(view, tile, shadow_map, d_receiver);
     HS_FOR_FEATURE_TEXELS(tile, , {
       const vfloat d_r = v_load(d_receiver + slot);
       const vfloat alpha = smoothie_alpha(shape, fmax(delta_px, 0.0f), d, d_r);
@@ -281,14 +289,15 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
 // I = (Z_F - Zv) / (Z_P - Zv) (Eq. 1). At contact, Z_P <= Zv, the cone lies behind the surface.
 // penumbra_map: float a texel: the darkest falloff(I), 1 where there is none.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_penumbra_map(
-    const HsView view, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
+    const HsView light, const HsFinShape shape, __global const HsStatus* status, __global const ushort4* rects,
     __global const uint* offsets, __global const uint* refs, const uint capacity, __global const HsFeature* features,
     __global const float* shadow_map, __global uchar* tile_near_fins, __global float* penumbra_map, const uint falloff) {
+  HsView view = light;
   const FeatureTile tile = feature_tile(view, shape, 0, 1, status, offsets, capacity);
   if (is_written(shape, offsets)) {
     float d_receiver[HS_TILE_STORAGE], darkest[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) darkest[i] = 1.0f;
-    load_receivers(view, tile, shadow_map, d_receiver);
+    view.d_far = load_receivers(view, tile, shadow_map, d_receiver);
     const float inverse_radius = 1.0f / shape.radius_px;
     HS_FOR_FEATURE_TEXELS(tile, , {
       const vfloat d_r = v_load(d_receiver + slot);

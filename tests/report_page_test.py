@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 import unittest
+import urllib.error
 import urllib.request
 import zlib
 
@@ -81,12 +82,18 @@ class Browser:
                 raise RuntimeError("chromedriver did not start; is chromium-driver installed?")
             time.sleep(0.05)
         self.base += "/session"
-        flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+        flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-quic", "--no-first-run", "--disable-background-networking",
                  "--disable-component-update", "--disable-sync", f"--user-data-dir={folder}", "--window-size=1280,900", *arguments]
         logs = {"browser": "ALL", "performance": "ALL"}
         capabilities = {"browserName": "chrome", "goog:chromeOptions": {"args": flags}, "goog:loggingPrefs": logs}
-        self.session = self.post("", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
-        self.base += "/" + self.session
+        try:
+            self.base += "/" + self.post("", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
+        except BaseException:  # a driver left behind would hold the test's output open for ever
+            self.driver.kill()
+            self.driver.wait(30)
+            raise
+        # Without a window manager a window may never have the focus, and its elements no focus events.
+        self.post("/goog/cdp/execute", {"cmd": "Emulation.setFocusEmulationEnabled", "params": {"enabled": True}})
 
     def is_ready(self):
         try:
@@ -97,8 +104,11 @@ class Browser:
 
     def post(self, path, body):
         request = urllib.request.Request(self.base + path, json.dumps(body).encode(), {"Content-Type": "application/json"})
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            return json.load(answer)["value"]
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise RuntimeError(f"chromedriver{path}: {error}: {error.read().decode(errors='replace')}") from error
 
     def open(self, path):
         self.post("/url", {"url": path.as_uri()})
