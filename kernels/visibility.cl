@@ -216,10 +216,10 @@ HS_INLINE vfloat visibility_smoothies(const HsView light, __global const float* 
   if (v_any(near)) {
     const vint first = v_select((vint)(0), f.y * (int)light.width_px + f.x, near);
     const Taps z = taps(fin_depth, first, (int)light.width_px), alpha = taps(fin_alpha, first, (int)light.width_px);
-    v.v00 = v_select(v.v00, v.v00 * alpha.v00, near & (r->z > z.v00));
-    v.v10 = v_select(v.v10, v.v10 * alpha.v10, near & (r->z > z.v10));
-    v.v01 = v_select(v.v01, v.v01 * alpha.v01, near & (r->z > z.v01));
-    v.v11 = v_select(v.v11, v.v11 * alpha.v11, near & (r->z > z.v11));
+    v.v00 = v_select(v.v00, v.v00 * alpha.v00, near & (z.v00 * r->plane_d < 1.0f));
+    v.v10 = v_select(v.v10, v.v10 * alpha.v10, near & (z.v10 * r->plane_d < 1.0f));
+    v.v01 = v_select(v.v01, v.v01 * alpha.v01, near & (z.v01 * r->plane_d < 1.0f));
+    v.v11 = v_select(v.v11, v.v11 * alpha.v11, near & (z.v11 * r->plane_d < 1.0f));
   }
   return falloff_of(bilinear(&f, &v), falloff);
 }
