@@ -338,28 +338,27 @@ typedef struct {
   vint decided;           // there is no such receiver
 } TileReceiver;
 
-HS_INLINE TileReceiver tile_receiver(const HsView light, int2 tile_px, vfloat u, vfloat v, vfloat d, vint lit_bits, int valid) {
-  TileReceiver r;
+HS_INLINE void tile_receiver(const HsView light, int2 tile_px, vfloat u, vfloat v, vfloat d, vint lit_bits, int valid,
+                             TileReceiver* r) {
   const vfloat x = min(max(floor(u), 0.0f), (float)light.width_px - 2.0f);
   const vfloat y = min(max(floor(v), 0.0f), (float)light.height_px - 2.0f);
   const vfloat s = min(max(u - x, 0.0f), 1.0f), t = min(max(v - y, 0.0f), 1.0f);
   const vint ix = clamp(v_int(x) - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
   const vint iy = clamp(v_int(y) - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
-  r.decided = v_not(v_iota < valid);
-  r.u = u;
-  r.v = v;
-  r.d = d;
-  r.lit_bits = lit_bits & 15;
-  r.texel = iy * HS_TILE + ix;
-  r.w[0] = (1.0f - s) * (1.0f - t);
-  r.w[1] = s * (1.0f - t);
-  r.w[2] = (1.0f - s) * t;
-  r.w[3] = s * t;
-  for (int k = 0; k < 4; ++k) r.lit[k] = (lit_bits & (1 << k)) != 0;
+  r->decided = v_not(v_iota < valid);
+  r->u = u;
+  r->v = v;
+  r->d = d;
+  r->lit_bits = lit_bits & 15;
+  r->texel = iy * HS_TILE + ix;
+  r->w[0] = (1.0f - s) * (1.0f - t);
+  r->w[1] = s * (1.0f - t);
+  r->w[2] = (1.0f - s) * t;
+  r->w[3] = s * t;
+  for (int k = 0; k < 4; ++k) r->lit[k] = (lit_bits & (1 << k)) != 0;
   const vint one = (vint)(1);
   const vint cx = (one << ix / HS_CELL_PX) | (one << (ix + 1) / HS_CELL_PX);
-  r.cells = (cx << iy / HS_CELL_PX * HS_CELLS) | (cx << (iy + 1) / HS_CELL_PX * HS_CELLS);
-  return r;
+  r->cells = (cx << iy / HS_CELL_PX * HS_CELLS) | (cx << (iy + 1) / HS_CELL_PX * HS_CELLS);
 }
 
 // What the texels of a footprint hold in one array.
@@ -367,11 +366,10 @@ typedef struct {
   vfloat v[4];
 } TileTaps;
 
-HS_INLINE TileTaps tile_taps(HS_SHARED const float* values, vint texel) {
-  TileTaps t;
-  v_tile_pair(values, texel, &t.v[0], &t.v[1]);
-  v_tile_pair(values, texel + HS_TILE, &t.v[2], &t.v[3]);
-  return t;
+// Not returned: what a returned array brings with it when it is inlined is unknown to Oclgrind 21.10. So below, too.
+HS_INLINE void tile_taps(HS_SHARED const float* values, vint texel, TileTaps* t) {
+  v_tile_pair(values, texel, &t->v[0], &t->v[1]);
+  v_tile_pair(values, texel + HS_TILE, &t->v[2], &t->v[3]);
 }
 
 // The fins at a footprint.
@@ -382,18 +380,18 @@ typedef struct {
 } FinTaps;
 
 HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
-  f->inner_s = tile_taps(fins->inner.s, r->texel);
-  f->inner_d = tile_taps(fins->inner.d, r->texel);
-  f->outer_s = tile_taps(fins->outer.s, r->texel);
-  f->outer_d = tile_taps(fins->outer.d, r->texel);
+  tile_taps(fins->inner.s, r->texel, &f->inner_s);
+  tile_taps(fins->inner.d, r->texel, &f->inner_d);
+  tile_taps(fins->outer.s, r->texel, &f->outer_s);
+  tile_taps(fins->outer.d, r->texel, &f->outer_d);
   f->varied = varied;
   if (varied) {
-    f->inner2_s = tile_taps(fins->inner2.s, r->texel);
-    f->inner2_d = tile_taps(fins->inner2.d, r->texel);
-    f->inner2_c = tile_taps(fins->inner2.c, r->texel);
-    f->outer2_s = tile_taps(fins->outer2.s, r->texel);
-    f->outer2_d = tile_taps(fins->outer2.d, r->texel);
-    f->outer2_c = tile_taps(fins->outer2.c, r->texel);
+    tile_taps(fins->inner2.s, r->texel, &f->inner2_s);
+    tile_taps(fins->inner2.d, r->texel, &f->inner2_d);
+    tile_taps(fins->inner2.c, r->texel, &f->inner2_c);
+    tile_taps(fins->outer2.s, r->texel, &f->outer2_s);
+    tile_taps(fins->outer2.d, r->texel, &f->outer2_d);
+    tile_taps(fins->outer2.c, r->texel, &f->outer2_c);
   }
 }
 
@@ -608,13 +606,13 @@ typedef struct {
   __global const uint* listed;
 } TileReceivers;
 
-HS_INLINE TileReceiver load_listed_receiver(const HsView view, const TileReceivers* mine, __global const float* receiver_uvd,
-                                            __global const uint* receiver_words, size_t pixels, uint slot, uint valid) {
+HS_INLINE void load_listed_receiver(const HsView view, const TileReceivers* mine, __global const float* receiver_uvd,
+                                    __global const uint* receiver_words, size_t pixels, uint slot, uint valid, TileReceiver* r) {
   __global const uint* listed = mine->listed + slot;
   const vfloat u = load_listed(receiver_uvd, listed, (int)valid), v = load_listed(receiver_uvd + pixels, listed, (int)valid);
   const vfloat d = load_listed(receiver_uvd + 2 * pixels, listed, (int)valid);
   const vint words = v_as_int(load_listed((__global const float*)receiver_words, listed, (int)valid));
-  return tile_receiver(view, mine->tile_px, u, v, d, words >> HS_LIT_SHIFT, (int)valid);
+  tile_receiver(view, mine->tile_px, u, v, d, words >> HS_LIT_SHIFT, (int)valid, r);
 }
 
 // states: HS_STATE_PLANES floats a listed receiver: u, v, 1/Lr, bits; Illuminance.
@@ -659,7 +657,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     if (!single) {
       HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) v_store((vint)(0), fins.own_casters + y * HS_TILE + x);
       HS_FOR_LISTED(slot, valid) {
-        const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+        TileReceiver r;
+        load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
         const Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
         __global float* state = states + slot;
         store_lanes(r.u, state, 0, (int)valid);
@@ -691,7 +690,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
       HS_FOR_LISTED(slot, valid) {
         FinTaps taps;
         if (single) {
-          const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+          TileReceiver r;
+          load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
           if (v_any((r.cells & (int)cells) != 0)) {
             load_fins(&fins, &r, varied, &taps);
             vfloat value = one_layer(view, layers, &r, &taps);
@@ -704,9 +704,9 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
           __global float* state = states + slot;
           const vint bits = v_as_int(load_lanes(state + 3 * (size_t)pixels, 0, (int)valid));
           if (v_any(((bits >> HS_CELLS_SHIFT) & (int)cells) != 0)) {
-            const TileReceiver r =
-                tile_receiver(view, mine.tile_px, load_lanes(state, 0, (int)valid), load_lanes(state + pixels, 0, (int)valid),
-                              load_lanes(state + 2 * (size_t)pixels, 0, (int)valid), bits, (int)valid);
+            TileReceiver r;
+            tile_receiver(view, mine.tile_px, load_lanes(state, 0, (int)valid), load_lanes(state + pixels, 0, (int)valid),
+                          load_lanes(state + 2 * (size_t)pixels, 0, (int)valid), bits, (int)valid, &r);
             load_fins(&fins, &r, varied, &taps);
             Illuminance seen = load_illuminance(state, pixels, (int)valid);
             add_layer(view, shape, layers, &r, &taps, &seen);
@@ -716,7 +716,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
       }
     } else if (single) {
       HS_FOR_LISTED(slot, valid) {
-        const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+        TileReceiver r;
+        load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
         store_listed(falloff_of(hard_shadow(&r), layers.falloff), listed + slot, (int)valid, visibility);
       }
     }
@@ -724,7 +725,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
   HS_TILE_BARRIER();
   if (!single) {
     HS_FOR_LISTED(slot, valid) {
-      const TileReceiver r = load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid);
+      TileReceiver r;
+      load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
       const Illuminance seen = load_illuminance(states + slot, pixels, (int)valid);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, mine.tile_px, &r, &seen);
       if (layers.faithful) value = falloff_of(value, layers.falloff);
