@@ -118,14 +118,7 @@ TEST_P(Bins, WithoutRoomForListsTheMapsAreTheSame) {
   const HsView view = straight_view(*runner_.device, {150, 117}, 150.0f);
   glm::dmat4 placed(1.0);
   placed[3] = {0.1, -0.05, 2.5, 1};
-  const HsFinShape shape{.radius_px = 60.0f,
-                         .width_px = 0.0f,
-                         .two_sided = 0,
-                         .drop_hidden = 0,
-                         .ball_q_per_px = 0,
-                         .tile_step = 0,
-                         .tiles_x = 0,
-                         .tiles_y = 0};
+  const HsFinShape shape = fin_shape(60.0f);
   ViewPasses with(runner_, view, mesh, placed), without(runner_, view, mesh, placed, Room::none);
 
   EXPECT_EQ(with.shadow_map(), without.shadow_map());

@@ -9,27 +9,6 @@ namespace {
 
 using Features = KernelTest;
 
-constexpr HsFinShape radius_of(float px) {
-  return {.radius_px = px,
-          .width_px = 0.0f,
-          .two_sided = 0,
-          .drop_hidden = 0,
-          .ball_q_per_px = 0,
-          .tile_step = 0,
-          .tiles_x = 0,
-          .tiles_y = 0};
-}
-constexpr HsFinShape width_of(float px) {
-  return {.radius_px = 0.0f,
-          .width_px = px,
-          .two_sided = 0,
-          .drop_hidden = 0,
-          .ball_q_per_px = 0,
-          .tile_step = 0,
-          .tiles_x = 0,
-          .tiles_y = 0};
-}
-
 struct Built {
   std::vector<HsFeature> edges, corners;
   std::vector<cl_ushort4> edge_rects, corner_rects;
@@ -77,7 +56,7 @@ TEST_F(Features, ATriangleHasThreeEdgesAndThreeConvexCornersWhicheverWayItIsWoun
   for (const bool reversed : {false, true}) {
     Mesh mesh = polygon(px);
     if (reversed) std::swap(mesh.triangles[0].y, mesh.triangles[0].z);
-    const Built built = build(runner_, view, mesh, radius_of(10));
+    const Built built = build(runner_, view, mesh, fin_shape(10));
     ASSERT_EQ(built.edges.size(), 3u);
     ASSERT_EQ(built.corners.size(), 3u);
     const glm::vec2 middle(26, 24);
@@ -100,7 +79,7 @@ TEST_F(Features, ATriangleHasThreeEdgesAndThreeConvexCornersWhicheverWayItIsWoun
 TEST_F(Features, AConcaveCornerHasNoSector) {
   const HsView view = straight_view(*runner_.device, {64, 64}, 32.0f);
   // An arrow head: a fan about its notch (32, 32).
-  const Built built = build(runner_, view, polygon({{32, 32}, {16, 48}, {32, 8}, {48, 48}}), radius_of(10));
+  const Built built = build(runner_, view, polygon({{32, 32}, {16, 48}, {32, 8}, {48, 48}}), fin_shape(10));
   EXPECT_EQ(built.edges.size(), 4u);
   EXPECT_EQ(built.corners.size(), 3u);
   EXPECT_EQ(corner_at(built, {32, 32}), nullptr);
@@ -109,7 +88,7 @@ TEST_F(Features, AConcaveCornerHasNoSector) {
 
 TEST_F(Features, StraightOnTwoEdgesNeedNoSector) {
   const HsView view = straight_view(*runner_.device, {64, 64}, 32.0f);
-  const Built built = build(runner_, view, polygon({{16, 40}, {16, 16}, {32, 16}, {48, 16}}), radius_of(10));
+  const Built built = build(runner_, view, polygon({{16, 40}, {16, 16}, {32, 16}, {48, 16}}), fin_shape(10));
   EXPECT_EQ(built.edges.size(), 4u);
   EXPECT_EQ(corner_at(built, {32, 16}), nullptr);
 }
@@ -120,7 +99,7 @@ TEST_F(Features, AVertexWithFourSilhouetteEdgesHasASectorForEach) {
   mesh.positions.emplace_back(1, 0.5f, 2);
   mesh.positions.emplace_back(1, -0.5f, 2);
   mesh.triangles.emplace_back(0, 4, 3);  // two triangles that touch in a point
-  const Built built = build(runner_, view, mesh, radius_of(10));
+  const Built built = build(runner_, view, mesh, fin_shape(10));
   EXPECT_EQ(built.edges.size(), 6u);
   const auto at_middle = std::count_if(built.corners.begin(), built.corners.end(),
                                        [](const HsFeature& c) { return std::abs(c.ax - 32) + std::abs(c.ay - 32) < 1e-4f; });
@@ -144,20 +123,20 @@ TEST_F(Features, RectanglesHoldAllThatAFeatureCanShadow) {
     return std::array<int, 4>{all.s[0], all.s[1], all.s[2], all.s[3]};
   };
   using Rect = std::array<int, 4>;
-  const Built narrow = build(runner_, view, mesh, radius_of(8));  // reaches 2 texels
+  const Built narrow = build(runner_, view, mesh, fin_shape(8));  // reaches 2 texels
   EXPECT_EQ(spans(narrow.edge_rects), (Rect{1, 1, 2, 2}));
   EXPECT_EQ(spans(narrow.corner_rects), (Rect{1, 1, 2, 2}));
-  const Built wide = build(runner_, view, mesh, radius_of(40));  // reaches 10
+  const Built wide = build(runner_, view, mesh, fin_shape(40));  // reaches 10
   EXPECT_EQ(spans(wide.edge_rects), (Rect{0, 0, 3, 3}));
   EXPECT_EQ(spans(wide.corner_rects), (Rect{0, 0, 3, 3}));
   // A fixed width t is scaled by 1 - Lb/Lr = 1/2 at the farthest.
-  EXPECT_EQ(spans(build(runner_, view, mesh, width_of(4)).corner_rects), (Rect{1, 1, 2, 2}));
-  EXPECT_EQ(spans(build(runner_, view, mesh, width_of(20)).corner_rects), (Rect{0, 0, 3, 3}));
+  EXPECT_EQ(spans(build(runner_, view, mesh, fin_shape(0.0f, 4)).corner_rects), (Rect{1, 1, 2, 2}));
+  EXPECT_EQ(spans(build(runner_, view, mesh, fin_shape(0.0f, 20)).corner_rects), (Rect{0, 0, 3, 3}));
 }
 
 TEST_F(Features, FeaturesOutsideTheMapAreNotBuilt) {
   const HsView view = straight_view(*runner_.device, {64, 64}, 32.0f);
-  const Built built = build(runner_, view, polygon({{-90, 16}, {-50, 16}, {-50, 40}}), radius_of(10));
+  const Built built = build(runner_, view, polygon({{-90, 16}, {-50, 16}, {-50, 40}}), fin_shape(10));
   EXPECT_TRUE(built.edges.empty());
   EXPECT_TRUE(built.corners.empty());
 }
@@ -167,7 +146,7 @@ TEST_F(Features, EdgesThroughTheNearPlaneBeginThere) {
   Mesh mesh;
   mesh.positions = {{0, 0, 2}, {0.25f, 0, -1}, {0, 0.5f, 2}};
   mesh.triangles = {{0, 1, 2}};
-  const Built built = build(runner_, view, mesh, radius_of(10));
+  const Built built = build(runner_, view, mesh, fin_shape(10));
   ASSERT_EQ(built.edges.size(), 3u);
   ASSERT_EQ(built.corners.size(), 2u) << "none at the vertex behind";
   int cut = 0;
@@ -206,8 +185,8 @@ TEST_F(Features, FinsAtVerticesWithManyEdgesDoNotDependOnTheOrderOfVertices) {
     ViewPasses passes(runner_, view, other);
     passes.shadow_map();
     passes.classify();
-    passes.build_features(radius_of(30));
-    const auto fins = passes.fins(radius_of(30));
+    passes.build_features(fin_shape(30));
+    const auto fins = passes.fins(fin_shape(30));
     if (trial == 0) first = fins;
     EXPECT_EQ(fins.depth, first.depth) << trial;
     EXPECT_EQ(fins.alpha, first.alpha) << trial;

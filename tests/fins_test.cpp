@@ -80,7 +80,7 @@ std::size_t expect_fins(const KernelRunner& runner, const std::vector<Mesh>& cas
   scene.triangles.emplace_back(last, last + 1, last + 2);
 
   ViewPasses passes(runner, view, scene);
-  const HsFinShape shape{static_cast<float>(width.radius * px_per_q), static_cast<float>(width.t * px_per_q), 0, 0, 0, 0, 0, 0};
+  const HsFinShape shape = fin_shape(static_cast<float>(width.radius * px_per_q), static_cast<float>(width.t * px_per_q));
   const std::vector<float> map = passes.shadow_map();
   passes.classify();
   passes.build_features(shape);
@@ -171,14 +171,7 @@ TEST_P(Fins, TilesBesideSmoothiesAreWrittenAndMarked) {
   // A 2x2 footprint that begins in a tile reaches into the next: whoever may meet a fin texel must be told.
   const HsView view = straight_view(*runner_.device, {150, 130}, 80.0f, 0.25f, 12.0f);
   ViewPasses passes(runner_, view, box({0.3f, -0.2f, 4}, 0.4f));
-  const HsFinShape shape{.radius_px = 16.0f,
-                         .width_px = 0.0f,
-                         .two_sided = 0,
-                         .drop_hidden = 0,
-                         .ball_q_per_px = 0,
-                         .tile_step = 0,
-                         .tiles_x = 0,
-                         .tiles_y = 0};
+  const HsFinShape shape = fin_shape(16.0f);
   passes.shadow_map();
   passes.classify();
   passes.build_features(shape);

@@ -169,6 +169,14 @@ inline std::vector<HsBlock> blocks_of(std::uint32_t count) {
   return blocks;
 }
 
+/// One-sided fins of a light that is a disc: as wide as its radius asks for, or of a fixed width.
+inline HsFinShape fin_shape(float radius_px, float width_px = 0.0f) {
+  HsFinShape shape{};
+  shape.radius_px = radius_px;
+  shape.width_px = width_px;
+  return shape;
+}
+
 inline HsTransform identity_transform() {
   return transform_rows(glm::dmat4(1.0));
 }

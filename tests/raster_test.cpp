@@ -375,14 +375,7 @@ Mesh shuffled(const Mesh& mesh, std::mt19937& random) {
 
 void expect_order_independent(const KernelRunner& runner, const HsView& view, const Mesh& mesh, const glm::dmat4& placed) {
   std::mt19937 random(10);
-  const HsFinShape shape{.radius_px = 40.0f,
-                         .width_px = 0.0f,
-                         .two_sided = 0,
-                         .drop_hidden = 0,
-                         .ball_q_per_px = 0,
-                         .tile_step = 0,
-                         .tiles_x = 0,
-                         .tiles_y = 0};
+  const HsFinShape shape = fin_shape(40.0f);
   ViewPasses passes(runner, view, mesh, placed);
   const std::vector<float> map = passes.shadow_map(), depth = passes.gbuffer().depth;
   passes.classify();

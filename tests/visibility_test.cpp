@@ -64,8 +64,7 @@ class Visibility : public ShapedKernelTest {
     const cl::Buffer out = runner_.filled(2 * pixels.size(), -1.0f);
     const std::string name = kernel;
     const cl_uint plane = 1;
-    HsFinShape shape{};
-    shape.radius_px = radius_px_;
+    const HsFinShape shape = fin_shape(radius_px_);
     if (name == "receive_all")
       runner_.run_receivers(kernel, size, light_, view, position, normal, out, plane);
     else if (name == "receive_smoothies")
