@@ -265,7 +265,7 @@ struct Renderer::State {
   Bins receiver_bins;
   std::map<LightSamplesKey, LightSamples> light_samples;
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, tile_near_fins;
-  GrowingBuffer receiver_uvd, receiver_words, illuminances;                     // of shadow fins
+  GrowingBuffer receiver_words, caps, illuminances;                             // of shadow fins
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, other_casters;  // of layers of them
   GrowingBuffer depth, normal, face, visibility, rgb, tints;
   GrowingBuffer counters;  // LightCounters a face
@@ -557,23 +557,25 @@ struct Renderer::State {
     const cl_uint tiles = shape.tiles_x * shape.tiles_y, layer_count = layers_of(settings);
     const HsLayers layers = layering_of(settings);
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
-    receiver_uvd.at_least(*device, 3 * pixels * sizeof(cl_float), "receivers");
+    caps.at_least(*device, pixels * sizeof(cl_float), "receivers");
     receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
     illuminances.at_least(*device, (layer_count > 1 ? HS_STATE_PLANES * pixels : 1) * sizeof(cl_float), "illuminance");
     receiver_bins.size_for(*device, 1, tiles, 1);
+    tile_far.at_least(*device, tiles * sizeof(cl_float), "tile depths");
 
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(tile_far.get(), tiles * sizeof(cl_float));
     launch_pixels("begin_fins", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
-                  tile_near_fins.get(), shape, layers, receiver_uvd.get(), receiver_words.get(), receiver_bins.counts.get(), out,
-                  plane);
+                  tile_near_fins.get(), shape, layers, caster_range.get(), receiver_words.get(), caps.get(),
+                  receiver_bins.counts.get(), tile_far.get(), out, plane);
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
     launch_pixels("list_fin_receivers", gbuffer.resolution, receiver, receiver_words.get(), receiver_bins.counts.get(),
                   receivers.get());
     launch("receive_fins", cl::NDRange(tiles * tile_items()), cl::NDRange(tile_items()), view, shape, layers, status.get(),
            feature_bins.rects.get(), feature_bins.offsets.get(), feature_bins.refs.get(), feature_bins.capacity, features.get(),
-           shadow_map.get(), other_casters.get(), caster_range.get(), receiver_bins.offsets.get(), receivers.get(),
-           receiver_uvd.get(), receiver_words.get(), illuminances.get(), out, plane, static_cast<cl_uint>(pixels));
+           shadow_map.get(), other_casters.get(), caster_range.get(), receiver_bins.offsets.get(), receivers.get(), receiver,
+           tile_far.get(), depth_or_position, receiver_words.get(), caps.get(), illuminances.get(), out, plane);
   }
 
   HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) const {

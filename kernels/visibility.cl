@@ -18,54 +18,72 @@ HS_INLINE float distance_from_camera(const HsReceiverView view, float4 p) {
   return sqrt(dot(from_camera, from_camera)) * view.unit;
 }
 
+// Where HS_LANES pixels lie in the light.
+typedef struct {
+  vint seen;          // there is something
+  vfloat x, y, z, w;  // in light space, times w
+  vfloat error;       // what the G-buffer may have them wrong by
+  vfloat qx, qy, d;   // light map coordinates, 1/z
+  vfloat u, v;        // position in the light map's texels, texel centres at integers
+} PixelPlace;
+
+HS_INLINE PixelPlace place_pixels(const HsView light, const HsReceiverView view, int px, int py, int valid,
+                                  __global const float* depth_or_position) {
+  const size_t first = (size_t)py * view.width_px + px;
+  PixelPlace p;
+  if (view.has_depth) {
+    const vfloat z_vs = load_lanes(depth_or_position, first, valid);
+    const vfloat pixel_x = v_float(px + v_iota);
+    const float pixel_y = (float)py;
+    p.seen = (z_vs > 0.0f) & (z_vs < HS_EMPTY_Z);
+    p.x = z_vs * (view.ray0.x + pixel_x * view.ray_dx.x + pixel_y * view.ray_dy.x) + view.origin.x;
+    p.y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
+    p.z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
+    p.w = z_vs * (view.ray0.w + pixel_x * view.ray_dx.w + pixel_y * view.ray_dy.w) + view.origin.w;
+    p.error = z_vs * (view.size_per_px * (1.0f / 256.0f));  // rasterizers snap vertices
+  } else {
+    vfloat px_ws, py_ws, pz_ws, is_seen;
+    load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &is_seen);
+    p.seen = is_seen > 0.0f;
+    p.x = px_ws * view.from_world_x.x + py_ws * view.from_world_x.y + pz_ws * view.from_world_x.z + view.from_world_x.w;
+    p.y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
+    p.z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
+    p.w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
+    const vfloat rx = p.x - view.origin.x, ry = p.y - view.origin.y, rz = p.z - view.origin.z, rw = p.w - view.origin.w;
+    p.error = sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * (view.unit * view.size_per_px * (1.0f / 256.0f));
+  }
+  // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.
+  p.w = fmax(p.w, 1e-20f);
+  const vfloat inverse_z = 1.0f / fmax(p.z, 1e-20f);
+  p.d = p.w * inverse_z;
+  p.qx = p.x * inverse_z;
+  p.qy = p.y * inverse_z;
+  p.u = p.qx * light.px_from_q.x + (light.px_from_q.y - 0.5f);
+  p.v = p.qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
+  return p;
+}
+
 // Where the receivers at pixels (px .., py) stand in the light.
 //   nothing there, behind the light plane or outside the cone, or not receiving: visibility 1, or another face's concern
 //   turned away from the light: visibility 0
 //   outside the light map, which covers all that casts: visibility 1
 HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px, int py, int valid,
                           __global const float* depth_or_position, __global const float4* normal) {
-  const size_t first = (size_t)py * view.width_px + px;
-  vfloat x, y, z, w, error, nx_ws, ny_ws, nz_ws, receives;
-  vint seen;
-  if (view.has_depth) {
-    const vfloat z_vs = load_lanes(depth_or_position, first, valid);
-    const vfloat pixel_x = v_float(px + v_iota);
-    const float pixel_y = (float)py;
-    seen = (z_vs > 0.0f) & (z_vs < HS_EMPTY_Z);
-    x = z_vs * (view.ray0.x + pixel_x * view.ray_dx.x + pixel_y * view.ray_dy.x) + view.origin.x;
-    y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
-    z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
-    w = z_vs * (view.ray0.w + pixel_x * view.ray_dx.w + pixel_y * view.ray_dy.w) + view.origin.w;
-    error = z_vs * (view.size_per_px * (1.0f / 256.0f));  // rasterizers snap vertices
-  } else {
-    vfloat px_ws, py_ws, pz_ws, is_seen;
-    load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &is_seen);
-    seen = is_seen > 0.0f;
-    x = px_ws * view.from_world_x.x + py_ws * view.from_world_x.y + pz_ws * view.from_world_x.z + view.from_world_x.w;
-    y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
-    z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
-    w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
-    const vfloat rx = x - view.origin.x, ry = y - view.origin.y, rz = z - view.origin.z, rw = w - view.origin.w;
-    error = sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * (view.unit * view.size_per_px * (1.0f / 256.0f));
-  }
-  load_lanes4(normal, first, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
+  const PixelPlace p = place_pixels(light, view, px, py, valid, depth_or_position);
+  vfloat nx_ws, ny_ws, nz_ws, receives;
+  load_lanes4(normal, (size_t)py * view.width_px + px, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
   const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
   const vfloat ny = nx_ws * view.from_world_y.x + ny_ws * view.from_world_y.y + nz_ws * view.from_world_y.z;
   const vfloat nz = nx_ws * view.axis_ws.x + ny_ws * view.axis_ws.y + nz_ws * view.axis_ws.z;
 
-  // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.
   Receiver r;
-  w = fmax(w, 1e-20f);
-  const vfloat inverse_z = 1.0f / fmax(z, 1e-20f);
-  const vfloat d = w * inverse_z;
-  const vfloat qx = x * inverse_z, qy = y * inverse_z;
-  r.z = z / w;
-  r.u = qx * light.px_from_q.x + (light.px_from_q.y - 0.5f);
-  r.v = qy * light.px_from_q.z + (light.px_from_q.w - 0.5f);
+  r.z = p.z / p.w;
+  r.u = p.u;
+  r.v = p.v;
   // n . (light - p), where z of a directional light is 1.
-  const vfloat facing = -(view.axis_ws.w * (nx * x + ny * y) + nz * z);
-  const vint in_reach = seen & (receives > 0.0f);
-  const vint in_cone = in_reach & (z > 0.0f) & (fabs(qx) <= view.tan_half_cone) & (fabs(qy) <= view.tan_half_cone);
+  const vfloat facing = -(view.axis_ws.w * (nx * p.x + ny * p.y) + nz * p.z);
+  const vint in_reach = p.seen & (receives > 0.0f);
+  const vint in_cone = in_reach & (p.z > 0.0f) & (fabs(p.qx) <= view.tan_half_cone) & (fabs(p.qy) <= view.tan_half_cone);
   r.elsewhere = view.is_face ? in_reach & v_not(in_cone) : (vint)(0);
   const vint in_map =
       (r.u >= -0.5f) & (r.u <= (float)light.width_px - 0.5f) & (r.v >= -0.5f) & (r.v <= (float)light.height_px - 0.5f);
@@ -76,8 +94,8 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map, and of the same slope
   // in a directional light's.
   const vfloat inverse = -1.0f / fmax(facing, 1e-30f);
-  r.plane_d = d;
-  r.error_d = error * (view.axis_ws.w != 0.0f ? d * d : (vfloat)(1.0f / view.unit));
+  r.plane_d = p.d;
+  r.error_d = p.error * (view.axis_ws.w != 0.0f ? p.d * p.d : (vfloat)(1.0f / view.unit));
   r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);
   r.plane_dy = ny * inverse * (1.0f / light.px_from_q.z);
   return r;

@@ -111,15 +111,16 @@ typedef struct {
   vfloat inner_s, outer_s;
 } FinWeights;
 
-HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, float own_depth, bool inner, const FinPlace* p,
-                                 vfloat d_receiver) {
+HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, float d_farthest, float own_depth, bool inner,
+                                 const FinPlace* p, vfloat d_receiver) {
   FinWeights w;
-  const vfloat s = 0.5f - 0.5f * fabs(p->delta_px) / (shape.radius_px * (p->d - view.d_far));
-  const vint in_fin = p->inside & (s > 0.0f) & (p->d > view.d_far);
+  const vfloat distance_px = fabs(p->delta_px);
+  const vfloat s = 0.5f - 0.5f * distance_px / (shape.radius_px * (p->d - view.d_far));
+  const vint in_fin = p->inside & (s > 0.0f) & (distance_px < shape.radius_px * (p->d - d_farthest));
   // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers it
   // counts for what lies deeper, unless the surface is its own caster's.
   vint matters = p->d > d_receiver;
-  if (!v_all(matters)) matters |= 1.0f / p->d - 1.0f / d_receiver > own_depth;
+  if (own_depth < INFINITY && !v_all(matters)) matters |= 1.0f / p->d - 1.0f / d_receiver > own_depth;
   w.is_inner = inner ? in_fin & (p->delta_px < HS_EDGE_PX) : (vint)(0);
   w.is_outer = in_fin & (p->delta_px > -HS_EDGE_PX) & matters;
   w.inner_s = v_select(s, (vfloat)(0.5f), p->delta_px >= 0.0f);
@@ -146,21 +147,35 @@ HS_INLINE vint another_way(const FinPlace* p, vfloat c, HS_SHARED const Fins* fi
   return p->inside & (c < HS_SAME_WAY) & (v_load(first->d + slot) > 0.0f);
 }
 
+// Whether a feature is too narrow to reach the tile: mostly so where it lies before its own caster, but is listed for the light's
+// farthest receiver.
+HS_INLINE bool misses_tile(const HsView bounded, const HsFinShape shape, const HsFeature f, const FeatureTile* tile) {
+  if (shape.ball_q_per_px > 0.0f) return false;
+  const uint kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
+  const bool edge = kind == HS_FEATURE_EDGE || kind == HS_FEATURE_OUTER_EDGE;
+  const float2 a = (float2)(f.ax, f.ay), b = edge ? (float2)(f.bx, f.by) : a;
+  const float reach = reach_px(shape, edge ? fmax(f.ad, f.bd) : f.ad, bounded.d_far);
+  const float2 first = convert_float2(tile->px) + (0.5f - HS_SPAN_SLACK_PX) - reach, low = fmin(a, b), high = fmax(a, b);
+  const float2 last = convert_float2(tile->px + (int2)(tile->x_end, tile->y_end)) - (0.5f - HS_SPAN_SLACK_PX) + reach;
+  return reach <= 0.0f || high.x < first.x || high.y < first.y || low.x > last.x || low.y > last.y;
+}
+
 // Runs the body for each `feature` of the tile and each run of texels (x, y), x a multiple of HS_LANES, that it may reach between
 // span.x and span.y.
-#define HS_FOR_FIN_RUNS(tile, prepare, body)                                                             \
-  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                               \
-    HsFeature hs_stored;                                                                                 \
-    if (!next_feature(&tile, hs_i, shape.tiles_x, refs, rects, features, &hs_stored)) continue;          \
-    const TileFeature feature = set_up_feature(view, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
-    if (feature.x0 > feature.x1 || feature.y0 > feature.y1) continue;                                    \
-    prepare HS_FOR_ROWS(y, feature.y0, feature.y1) {                                                     \
-      int2 span = feature_span(&feature, y);                                                             \
-      span = (int2)(max(span.x, feature.x0), min(span.y, feature.x1));                                   \
-      if (span.x <= span.y) {                                                                            \
-        HS_FOR_COLUMNS(x, span.x & ~(HS_LANES - 1), span.y) body                                         \
-      }                                                                                                  \
-    }                                                                                                    \
+#define HS_FOR_FIN_RUNS(tile, prepare, body)                                                                \
+  for (uint hs_i = tile.first; hs_i < tile.last; ++hs_i) {                                                  \
+    HsFeature hs_stored;                                                                                    \
+    if (!next_feature(&tile, hs_i, shape.tiles_x, refs, rects, features, &hs_stored)) continue;             \
+    if (misses_tile(bounded, shape, hs_stored, &tile)) continue;                                            \
+    const TileFeature feature = set_up_feature(bounded, shape, hs_stored, tile.px, tile.x_end, tile.y_end); \
+    if (feature.x0 > feature.x1 || feature.y0 > feature.y1) continue;                                       \
+    prepare HS_FOR_ROWS(y, feature.y0, feature.y1) {                                                        \
+      int2 span = feature_span(&feature, y);                                                                \
+      span = (int2)(max(span.x, feature.x0), min(span.y, feature.x1));                                      \
+      if (span.x <= span.y) {                                                                               \
+        HS_FOR_COLUMNS(x, span.x & ~(HS_LANES - 1), span.y) body                                            \
+      }                                                                                                     \
+    }                                                                                                       \
   }
 
 // Cosines between a feature's directions out of the shadow (one of an edge, the outermost two of a corner) and the first one's.
@@ -176,9 +191,9 @@ HS_INLINE float2 feature_ways(const TileFeature* f, float2* first) {
   return (float2)(dot(a, *first), dot(b, *first));
 }
 
-// Draws a layer's fins. Returns the cells that they reach. *varied: some face another way than others, and the second fins hold
-// something.
-HS_INLINE uint draw_tile_fins(const HsView view, const HsFinShape shape, const HsLayers layers, bool single,
+// Draws a layer's fins, no farther than for receivers at 1/bounded.d_far. Returns the cells that they reach. *varied: some face
+// another way than others, and the second fins hold something.
+HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsFinShape shape, const HsLayers layers, bool single,
                               const FeatureTile tile, __global const uint* refs, __global const ushort4* rects,
                               __global const HsFeature* features, const float* d_receiver, __global const float* caster_range,
                               HS_SHARED TileFins* fins, bool* varied) {
@@ -189,19 +204,20 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsFinShape shape, const H
   uint cells = 0;
   float2 way = (float2)(0.0f);
   bool other_way = false;
-  HS_FOR_FIN_RUNS(
-      tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);
-      const int casters = single || !feature.inner ? 0 : (int)caster_bits(view, shape, &feature, caster_range);
-      const float2 ways = feature_ways(&feature, &way); other_way |= fmin(ways.x, ways.y) < 0.82f;, {
-        cells |= row_cells(span.x, span.y, y);
-        const int slot = y * HS_TILE + x;
-        const FinPlace p = fin_place(&feature, x, y);
-        const FinWeights w = fin_weights(view, shape, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
-        keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
-        keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
-        if (casters != 0)
-          v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), (vint)(casters), w.is_inner), fins->own_casters + slot);
-      })
+  HS_FOR_FIN_RUNS(tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);
+                  const int casters = single || !feature.inner ? 0 : (int)caster_bits(view, shape, &feature, caster_range);
+                  const float2 ways = feature_ways(&feature, &way); other_way |= fmin(ways.x, ways.y) < 0.82f;, {
+                    cells |= row_cells(span.x, span.y, y);
+                    const int slot = y * HS_TILE + x;
+                    const FinPlace p = fin_place(&feature, x, y);
+                    const FinWeights w =
+                        fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+                    keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
+                    keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
+                    if (casters != 0)
+                      v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), (vint)(casters), w.is_inner),
+                              fins->own_casters + slot);
+                  })
   *varied = other_way && !layers.faithful;
   if (*varied) {
     HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
@@ -216,7 +232,8 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsFinShape shape, const H
       const vint inner = another_way(&p, inner_c, &fins->inner, slot) & (p.delta_px < 0.0f);
       const vint outer = another_way(&p, outer_c, &fins->outer, slot) & (p.delta_px > 0.0f);
       if (v_any(inner | outer)) {
-        const FinWeights w = fin_weights(view, shape, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        const FinWeights w =
+            fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
         keep_second(inner & w.is_inner, w.inner_s, p.d, inner_c, &fins->inner2, slot);
         keep_second(outer & w.is_outer, w.outer_s, p.d, outer_c, &fins->outer2, slot);
       }
@@ -244,21 +261,34 @@ HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const
 }
 
 #define HS_LIT_SHIFT 24  // of a receiver's word: (tile + 1) | lit texels of its footprint << HS_LIT_SHIFT; 0 where no fin is near
+#define HS_WORD_TILE ((1 << HS_LIT_SHIFT) - 1)
+#define HS_WORD_CAPPED (1 << (HS_LIT_SHIFT + 4))  // the pixel may not have all of the light: what it may have is in `caps`
 
 // Index of the first pixel that HS_FOR_PIXELS is at.
 #define HS_PIXEL ((size_t)py * view.width_px + px)
 
-// Hard shadows, and which pixels are near fins: to those the tiles give an answer; what they may have at most is left in the
-// visibility.
-// receiver_uvd: float a pixel, three planes: light map position in texels, 1/Lr. receiver_words: uint a pixel. tile_counts:
-// receivers of each tile, must be 0.
+// Runs of HS_LANES pixels are listed by tile, those that lie in more than one tile in each. Where a run begins: px | py << 16.
+#define HS_RUN_Y_SHIFT 16
+
+// Takes the lanes of the least tile out of those that are left.
+HS_INLINE vint next_tile(vint tiles, vint* left, int* tile) {
+  *tile = v_min(v_select((vint)(INT_MAX), tiles, *left));
+  const vint same = *left & (tiles == *tile);
+  *left &= v_not(same);
+  return same;
+}
+
+// Hard shadows, and which pixels are near fins: to those the tiles give an answer where a fin reaches them.
+// receiver_words: uint a pixel; caps: float a pixel, see above_horizon. tile_counts: runs of each tile; tile_far: float bits a
+// tile, depth of its farthest receiver. Both must be 0.
 __kernel void begin_fins(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                          __global const float4* normal, __global const float* shadow_map, __global const uchar* near,
-                         const HsFinShape shape, const HsLayers layers, __global float* receiver_uvd,
-                         __global uint* receiver_words, __global uint* tile_counts, __global float* visibility,
-                         const uint plane) {
+                         const HsFinShape shape, const HsLayers layers, __global const float* caster_range,
+                         __global uint* receiver_words, __global float* caps, __global uint* tile_counts, __global int* tile_far,
+                         __global float* visibility, const uint plane) {
   const size_t pixels = (size_t)view.width_px * view.height_px;
   const float per_step = 1.0f / (float)shape.tile_step;
+  const bool single = used_layers(layers, caster_range) == 1;
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
@@ -266,53 +296,47 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
     if (!v_all(r.decided)) {
       const Footprint f = footprint(light, &r);
       const Taps lit = lit_taps(light, shadow_map, &r, &f);
-      result = v_select(falloff_of(bilinear(&f, &lit), layers.falloff), r.visibility, r.decided);
+      const vfloat hard = bilinear(&f, &lit);
+      result = v_select(falloff_of(hard, layers.falloff), r.visibility, r.decided);
       const vfloat most = layers.faithful ? (vfloat)(1.0f) : above_horizon(light, shape, &r, layers.falloff);
-      result = fmin(result, v_select(most, (vfloat)(1.0f), r.decided));
       const vint tiles = v_int((v_float(f.y) + 0.5f) * per_step) * (int)shape.tiles_x + v_int((v_float(f.x) + 0.5f) * per_step);
-      const vint mine = v_not(r.decided) & (v_iota < valid);
-      int tile;
-      const bool together = one_tile(tiles, mine, &tile);
       vint chosen = (vint)(0);
-      if (together) {
+      for (vint left = v_not(r.decided) & (v_iota < valid); v_any(left);) {
+        int tile;
+        const vint same = next_tile(tiles, &left, &tile);
         if (near[tile]) {
-          chosen = mine;
-          atomic_add(&tile_counts[tile], (uint)lane_count(mine));
+          chosen |= same;
+          atomic_inc(&tile_counts[tile]);
+          const int far = -v_min(v_select((vint)(0), -v_as_int(r.z), same));
+          if (far > tile_far[tile]) atomic_max(&tile_far[tile], far);
         }
-      } else {
-        for (int i = 0; i < HS_LANES; ++i)
-          if (HS_LANE(mine, i) && near[HS_LANE(tiles, i)]) {
-            HS_SET_LANE(chosen, i);
-            atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
-          }
       }
       if (v_any(chosen)) {
         const vint bits = v_int(lit.v00 + 2.0f * lit.v10 + 4.0f * lit.v01 + 8.0f * lit.v11);
-        words = v_select((vint)(0), (tiles + 1) | (bits << HS_LIT_SHIFT), chosen);
-        result = v_select(result, most, chosen);
-        store_lanes(r.u, receiver_uvd, HS_PIXEL, valid);
-        store_lanes(r.v, receiver_uvd + pixels, HS_PIXEL, valid);
-        store_lanes(r.plane_d, receiver_uvd + 2 * pixels, HS_PIXEL, valid);
+        const vint capped = most < 1.0f;
+        words = (tiles + 1) | (bits << HS_LIT_SHIFT) | v_select((vint)(0), (vint)(HS_WORD_CAPPED), capped);
+        words = v_select((vint)(0), words, chosen);
+        if (v_any(chosen & capped)) store_lanes(most, caps, HS_PIXEL, valid);
+        // Layers add up before the falloff.
+        if (!single && !layers.faithful) result = v_select(result, hard, chosen);
       }
+      result = fmin(result, v_select(most, (vfloat)(1.0f), r.decided));
     }
     store_lanes(v_float_of_bits(words), (__global float*)receiver_words, HS_PIXEL, valid);
     store_visibility(&r, result, visibility, (size_t)plane * pixels + HS_PIXEL, valid);
   }
 }
 
-// listed: pixels of each tile's receivers.
+// listed: runs of each tile's receivers.
 __kernel void list_fin_receivers(const HsReceiverView view, __global const uint* receiver_words, __global uint* tile_cursors,
                                  __global uint* listed) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const vint words = v_as_int(load_lanes((__global const float*)receiver_words, HS_PIXEL, valid));
-    const vint mine = (words != 0) & (v_iota < valid);
-    if (!v_any(mine)) continue;
-    const vint tiles = (words & ((1 << HS_LIT_SHIFT) - 1)) - 1;
-    int tile;
-    const bool together = one_tile(tiles, mine, &tile);
-    uint slot = together ? atomic_add(&tile_cursors[tile], (uint)lane_count(mine)) : 0;
-    for (int i = 0; i < HS_LANES; ++i)
-      if (HS_LANE(mine, i)) listed[together ? slot++ : atomic_inc(&tile_cursors[HS_LANE(tiles, i)])] = (uint)HS_PIXEL + i;
+    for (vint left = (words != 0) & (v_iota < valid); v_any(left);) {
+      int tile;
+      next_tile(words & HS_WORD_TILE, &left, &tile);
+      listed[atomic_inc(&tile_cursors[tile - 1])] = (uint)px | (uint)py << HS_RUN_Y_SHIFT;
+    }
   }
 }
 
@@ -329,36 +353,60 @@ HS_INLINE vfloat refined_weight(const HsView light, vfloat receiver_d, vfloat s,
 
 // A receiver's footprint in its tile.
 typedef struct {
-  vfloat u, v;            // light map position in texels
-  vfloat d;               // 1/Lr
-  vint texel;             // the first, in the tile
-  vfloat w[4];            // bilinear weights
-  vint lit_bits, lit[4];  // not in hard shadow
-  vint cells;             // that it lies in
-  vint decided;           // there is no such receiver
+  vint mine;    // there is such a receiver
+  vfloat d;     // 1/Lr
+  vint texel;   // the first, in the tile
+  vfloat w[4];  // bilinear weights
+  vint lit[4];  // not in hard shadow
 } TileReceiver;
 
-HS_INLINE void tile_receiver(const HsView light, int2 tile_px, vfloat u, vfloat v, vfloat d, vint lit_bits, int valid,
-                             TileReceiver* r) {
-  const vfloat x = min(max(floor(u), 0.0f), (float)light.width_px - 2.0f);
-  const vfloat y = min(max(floor(v), 0.0f), (float)light.height_px - 2.0f);
-  const vfloat s = min(max(u - x, 0.0f), 1.0f), t = min(max(v - y, 0.0f), 1.0f);
-  const vint ix = clamp(v_int(x) - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
-  const vint iy = clamp(v_int(y) - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
-  r->decided = v_not(v_iota < valid);
-  r->u = u;
-  r->v = v;
-  r->d = d;
-  r->lit_bits = lit_bits & 15;
-  r->texel = iy * HS_TILE + ix;
-  r->w[0] = (1.0f - s) * (1.0f - t);
-  r->w[1] = s * (1.0f - t);
-  r->w[2] = (1.0f - s) * t;
-  r->w[3] = s * t;
-  for (int k = 0; k < 4; ++k) r->lit[k] = (lit_bits & (1 << k)) != 0;
+// A run of receivers, HS_LANES pixels from `pixel` on.
+typedef struct {
+  size_t pixel;
+  int valid;
+  vint words, mine;  // mine: lie in the tile
+  vfloat s, t, d;    // where in the footprint's texels; 1/Lr
+  vint x, y;         // the footprint's first texel in the tile
+} TileRun;
+
+HS_INLINE TileRun load_run(const HsView light, const HsReceiverView view, int2 tile_px, uint begins,
+                           __global const float* depth_or_position, __global const uint* receiver_words) {
+  TileRun run;
+  const int px = (int)(begins & ((1u << HS_RUN_Y_SHIFT) - 1u)), py = (int)(begins >> HS_RUN_Y_SHIFT);
+  run.pixel = HS_PIXEL;
+  run.valid = min(HS_LANES, (int)view.width_px - px);
+  run.words = v_as_int(load_lanes((__global const float*)receiver_words, run.pixel, run.valid));
+  run.mine = ((run.words & HS_WORD_TILE) == (int)get_group_id(0) + 1) & (v_iota < run.valid);
+  const PixelPlace p = place_pixels(light, view, px, py, run.valid, depth_or_position);
+  const Footprint f = footprint_at(light, p.u, p.v);
+  run.d = p.d;
+  run.s = f.s;
+  run.t = f.t;
+  run.x = clamp(f.x - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
+  run.y = clamp(f.y - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
+  return run;
+}
+
+// Whether a footprint of the run lies in one of the cells.
+HS_INLINE bool meets_cells(const TileRun* run, uint cells) {
+  if (cells == 0) return false;
   const vint one = (vint)(1);
-  const vint cx = (one << ix / HS_CELL_PX) | (one << (ix + 1) / HS_CELL_PX);
-  r->cells = (cx << iy / HS_CELL_PX * HS_CELLS) | (cx << (iy + 1) / HS_CELL_PX * HS_CELLS);
+  const vint columns = (one << run->x / HS_CELL_PX) | (one << (run->x + 1) / HS_CELL_PX);
+  const vint its = (columns << run->y / HS_CELL_PX * HS_CELLS) | (columns << (run->y + 1) / HS_CELL_PX * HS_CELLS);
+  return v_any(run->mine & ((its & (int)cells) != 0));
+}
+
+HS_INLINE TileReceiver tile_receiver(const TileRun* run) {
+  TileReceiver r;
+  r.mine = run->mine;
+  r.d = run->d;
+  r.texel = run->y * HS_TILE + run->x;
+  r.w[0] = (1.0f - run->s) * (1.0f - run->t);
+  r.w[1] = run->s * (1.0f - run->t);
+  r.w[2] = (1.0f - run->s) * run->t;
+  r.w[3] = run->s * run->t;
+  for (int k = 0; k < 4; ++k) r.lit[k] = (run->words & (1 << (HS_LIT_SHIFT + k))) != 0;
+  return r;
 }
 
 // What the texels of a footprint hold in one array.
@@ -462,12 +510,6 @@ HS_INLINE vfloat sum_of(const vfloat* w) {
   return (w[0] + w[1]) + (w[2] + w[3]);
 }
 
-HS_INLINE vfloat hard_shadow(const TileReceiver* r) {
-  vfloat sum = (vfloat)(0.0f);
-  for (int k = 0; k < 4; ++k) sum += v_select((vfloat)(0.0f), r->w[k], r->lit[k]);
-  return sum;
-}
-
 // One layer of fins.
 HS_INLINE vfloat one_layer(const HsView light, const HsLayers layers, const TileReceiver* r, const FinTaps* f) {
   vfloat lit_w[4], dark_w[4];
@@ -504,7 +546,7 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
   for (int k = 0; k < 4; ++k) {
     // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
     const vint any = (f->inner_d.v[k] > 0.0f) | (f->outer_d.v[k] > 0.0f);
-    const vfloat w = v_select((vfloat)(0.0f), r->w[k], any & v_not(r->decided));
+    const vfloat w = v_select((vfloat)(0.0f), r->w[k], any & r->mine);
     lit_w[k] = v_select((vfloat)(0.0f), w, r->lit[k]);
     inner_w[k] = v_select(w - lit_w[k], (vfloat)(0.0f), f->inner_d.v[k] == 0.0f);
     other_w[k] = w - lit_w[k] - inner_w[k];
@@ -566,7 +608,7 @@ HS_INLINE vfloat end_layers(const HsView light, __global const float* shadow_map
   vfloat sum = (vfloat)(0.0f);
   const vfloat in_shadow = v_select((vfloat)(0.0f), fmin(seen->done, seen->at_hand), seen->at_d > 0.0f);
   for (int k = 0; k < 4; ++k) {
-    const vint dark = v_not(r->decided) & v_not(r->lit[k]);
+    const vint dark = r->mine & v_not(r->lit[k]);
     vfloat value = v_select(seen->lit, in_shadow, dark);
     if (v_any(dark & (in_shadow > 0.0f))) {
       const vint texel = r->texel + (k >> 1) * HS_TILE + (k & 1);
@@ -580,55 +622,40 @@ HS_INLINE vfloat end_layers(const HsView light, __global const float* shadow_map
   return clamp(sum, 0.0f, 1.0f);
 }
 
-// The answers to listed receivers: no more than what the visibility holds already.
-HS_INLINE void store_listed(vfloat value, __global const uint* pixels, int valid, __global float* visibility) {
-  for (int i = 0; i < min(HS_LANES, valid); ++i) {
-    const uint pixel = pixels[i];
-    visibility[pixel] = fmin(visibility[pixel], HS_FLOAT_LANE(value, i));
+// Stores what this tile knows of a run.
+HS_INLINE void store_mine(const TileRun* run, vfloat value, __global float* plane) {
+  plane += run->pixel;
+  if (v_all(run->mine)) {
+    v_store(value, plane);
+  } else {
+    for (int i = 0; i < HS_LANES; ++i)
+      if (HS_LANE(run->mine, i)) plane[i] = HS_FLOAT_LANE(value, i);
   }
 }
 
-HS_INLINE vfloat load_listed(__global const float* plane, __global const uint* pixels, int valid) {
-  vfloat value;
-  for (int i = 0; i < HS_LANES; ++i) HS_PUT_FLOAT(value, i, plane[pixels[min(i, valid - 1)]]);
-  return value;
+// The answer to a run: no more than what each receiver may have.
+HS_INLINE void store_answer(const TileRun* run, vfloat value, __global const float* caps, __global float* visibility) {
+  const vint capped = (run->words & HS_WORD_CAPPED) != 0;
+  if (v_any(capped & run->mine)) value = v_select(value, fmin(value, load_lanes(caps, run->pixel, run->valid)), capped);
+  store_mine(run, value, visibility);
 }
 
-// Visits the tile's receivers, HS_LANES at a time: `slot` in the list, `valid` of them.
-#define HS_FOR_LISTED(slot, valid)                                                                            \
-  for (uint slot = mine.first + (uint)get_local_id(0) * HS_LANES, valid = mine.last - slot; slot < mine.last; \
-       slot += HS_TILE_ITEMS * HS_LANES, valid = mine.last - slot)
+// Visits the tile's runs of receivers: `slot` in the list.
+#define HS_FOR_LISTED(slot) for (uint slot = first_run + (uint)get_local_id(0); slot < last_run; slot += HS_TILE_ITEMS)
 
-// The receivers of a tile.
-typedef struct {
-  uint first, last;
-  int2 tile_px;
-  __global const uint* listed;
-} TileReceivers;
-
-HS_INLINE void load_listed_receiver(const HsView view, const TileReceivers* mine, __global const float* receiver_uvd,
-                                    __global const uint* receiver_words, size_t pixels, uint slot, uint valid, TileReceiver* r) {
-  __global const uint* listed = mine->listed + slot;
-  const vfloat u = load_listed(receiver_uvd, listed, (int)valid), v = load_listed(receiver_uvd + pixels, listed, (int)valid);
-  const vfloat d = load_listed(receiver_uvd + 2 * pixels, listed, (int)valid);
-  const vint words = v_as_int(load_listed((__global const float*)receiver_words, listed, (int)valid));
-  tile_receiver(view, mine->tile_px, u, v, d, words >> HS_LIT_SHIFT, (int)valid, r);
+// states: HS_STATE_PLANES floats a pixel.
+HS_INLINE void store_illuminance(const TileRun* run, const Illuminance* seen, __global float* states, size_t pixels) {
+  store_mine(run, seen->lit, states);
+  store_mine(run, seen->done, states + pixels);
+  store_mine(run, seen->at_hand, states + 2 * pixels);
+  store_mine(run, seen->at_d, states + 3 * pixels);
 }
 
-// states: HS_STATE_PLANES floats a listed receiver: u, v, 1/Lr, bits; Illuminance.
-#define HS_CELLS_SHIFT 4  // of the bits: lit texels | cells << HS_CELLS_SHIFT
-
-HS_INLINE void store_illuminance(const Illuminance* seen, __global float* state, size_t pixels, int valid) {
-  store_lanes(seen->lit, state + 4 * pixels, 0, valid);
-  store_lanes(seen->done, state + 5 * pixels, 0, valid);
-  store_lanes(seen->at_hand, state + 6 * pixels, 0, valid);
-  store_lanes(seen->at_d, state + 7 * pixels, 0, valid);
-}
-
-HS_INLINE Illuminance load_illuminance(__global const float* state, size_t pixels, int valid) {
-  const Illuminance seen = {load_lanes(state + 4 * pixels, 0, valid), load_lanes(state + 5 * pixels, 0, valid),
-                            load_lanes(state + 6 * pixels, 0, valid), load_lanes(state + 7 * pixels, 0, valid)};
-  return seen;
+HS_INLINE void load_illuminance(const TileRun* run, __global const float* states, size_t pixels, Illuminance* seen) {
+  seen->lit = load_lanes(states, run->pixel, run->valid);
+  seen->done = load_lanes(states + pixels, run->pixel, run->valid);
+  seen->at_hand = load_lanes(states + 2 * pixels, run->pixel, run->valid);
+  seen->at_d = load_lanes(states + 3 * pixels, run->pixel, run->valid);
 }
 
 // One work-group a tile of the features. other_casters: see raster_casters; states: float[HS_STATE_PLANES * pixels]; both only
@@ -638,37 +665,32 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     __global const ushort4* rects, __global const uint* offsets, __global const uint* refs, const uint capacity,
     __global const HsFeature* features, __global const float* shadow_map, __global const uint* other_casters,
     __global const float* caster_range, __global const uint* receiver_offsets, __global const uint* listed,
-    __global const float* receiver_uvd, __global const uint* receiver_words, __global float* states, __global float* visibility,
-    const uint plane, const uint pixels) {
+    const HsReceiverView camera, __global const int* tile_far, __global const float* depth_or_position,
+    __global const uint* receiver_words, __global const float* caps, __global float* states, __global float* visibility,
+    const uint plane) {
   HS_SHARED TileFins fins;
 #if HS_LANES == 1
   __local uint all_cells;
 #endif
+  const size_t pixels = (size_t)camera.width_px * camera.height_px;
   visibility += (size_t)plane * pixels;
   const uint used = used_layers(layers, caster_range);
   const bool single = used == 1;
   FeatureTile tile = feature_tile(view, shape, 0, layers.count, status, offsets, capacity);
-  const TileReceivers mine = {receiver_offsets[get_group_id(0)], receiver_offsets[get_group_id(0) + 1], tile.px, listed};
-  const bool any = mine.first < mine.last;
+  const uint first_run = receiver_offsets[get_group_id(0)], last_run = receiver_offsets[get_group_id(0) + 1];
+  const bool any = first_run < last_run;
   float d_receiver[HS_TILE_STORAGE];
   if (any) {
     for (int i = 0; i < HS_TILE_STORAGE; ++i) d_receiver[i] = 0.0f;
     if (!layers.faithful) load_receivers(view, tile, shadow_map, d_receiver);
     if (!single) {
       HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) v_store((vint)(0), fins.own_casters + y * HS_TILE + x);
-      HS_FOR_LISTED(slot, valid) {
-        TileReceiver r;
-        load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
-        const Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
-        __global float* state = states + slot;
-        store_lanes(r.u, state, 0, (int)valid);
-        store_lanes(r.v, state + pixels, 0, (int)valid);
-        store_lanes(r.d, state + 2 * (size_t)pixels, 0, (int)valid);
-        store_lanes(v_float_of_bits(r.lit_bits | (r.cells << HS_CELLS_SHIFT)), state + 3 * (size_t)pixels, 0, (int)valid);
-        store_illuminance(&seen, state, pixels, (int)valid);
-      }
     }
   }
+  HsView bounded = view;
+  if (any && !layers.faithful)
+    bounded.d_far = fmax(view.d_far, 0.999999f / as_float(tile_far[get_group_id(0)]) - 1.5f / shape.radius_px);
+  uint reached = 0;  // by fins of any layer so far
   for (uint layer = 0; layer < used; ++layer) {
     bool varied = false;
     uint cells = 0;
@@ -679,7 +701,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
 #endif
     if (any && (tile.overflow || layer_touches(shape, layer, offsets))) {
       tile = feature_tile(view, shape, layer, layers.count, status, offsets, capacity);
-      cells = draw_tile_fins(view, shape, layers, single, tile, refs, rects, features, d_receiver, caster_range, &fins, &varied);
+      cells = draw_tile_fins(view, bounded, shape, layers, single, tile, refs, rects, features, d_receiver, caster_range, &fins,
+                             &varied);
     }
 #if HS_LANES == 1
     if (cells != 0) atomic_or(&all_cells, cells);
@@ -687,50 +710,37 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     cells = all_cells;
 #endif
     if (cells != 0) {
-      HS_FOR_LISTED(slot, valid) {
+      HS_FOR_LISTED(slot) {
+        const TileRun run = load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words);
+        if (!meets_cells(&run, cells)) continue;
+        const TileReceiver r = tile_receiver(&run);
         FinTaps taps;
+        load_fins(&fins, &r, varied, &taps);
         if (single) {
-          TileReceiver r;
-          load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
-          if (v_any((r.cells & (int)cells) != 0)) {
-            load_fins(&fins, &r, varied, &taps);
-            vfloat value = one_layer(view, layers, &r, &taps);
-            if (layers.faithful) value = falloff_of(value, layers.falloff);
-            store_listed(value, listed + slot, (int)valid, visibility);
-          } else {
-            store_listed(falloff_of(hard_shadow(&r), layers.falloff), listed + slot, (int)valid, visibility);
-          }
+          vfloat value = one_layer(view, layers, &r, &taps);
+          if (layers.faithful) value = falloff_of(value, layers.falloff);
+          store_answer(&run, value, caps, visibility);
         } else {
-          __global float* state = states + slot;
-          const vint bits = v_as_int(load_lanes(state + 3 * (size_t)pixels, 0, (int)valid));
-          if (v_any(((bits >> HS_CELLS_SHIFT) & (int)cells) != 0)) {
-            TileReceiver r;
-            tile_receiver(view, mine.tile_px, load_lanes(state, 0, (int)valid), load_lanes(state + pixels, 0, (int)valid),
-                          load_lanes(state + 2 * (size_t)pixels, 0, (int)valid), bits, (int)valid, &r);
-            load_fins(&fins, &r, varied, &taps);
-            Illuminance seen = load_illuminance(state, pixels, (int)valid);
-            add_layer(view, shape, layers, &r, &taps, &seen);
-            store_illuminance(&seen, state, pixels, (int)valid);
-          }
+          Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
+          if (meets_cells(&run, reached)) load_illuminance(&run, states, pixels, &seen);
+          add_layer(view, shape, layers, &r, &taps, &seen);
+          store_illuminance(&run, &seen, states, pixels);
         }
       }
-    } else if (single) {
-      HS_FOR_LISTED(slot, valid) {
-        TileReceiver r;
-        load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
-        store_listed(falloff_of(hard_shadow(&r), layers.falloff), listed + slot, (int)valid, visibility);
-      }
     }
+    reached |= cells;
   }
   HS_TILE_BARRIER();
   if (!single) {
-    HS_FOR_LISTED(slot, valid) {
-      TileReceiver r;
-      load_listed_receiver(view, &mine, receiver_uvd, receiver_words, pixels, slot, valid, &r);
-      const Illuminance seen = load_illuminance(states + slot, pixels, (int)valid);
-      vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, mine.tile_px, &r, &seen);
+    HS_FOR_LISTED(slot) {
+      const TileRun run = load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words);
+      if (!meets_cells(&run, reached)) continue;
+      const TileReceiver r = tile_receiver(&run);
+      Illuminance seen;
+      load_illuminance(&run, states, pixels, &seen);
+      vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);
       if (layers.faithful) value = falloff_of(value, layers.falloff);
-      store_listed(value, listed + slot, (int)valid, visibility);
+      store_answer(&run, value, caps, visibility);
     }
   }
 }
