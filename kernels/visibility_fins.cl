@@ -420,25 +420,35 @@ HS_INLINE void tile_taps(HS_SHARED const float* values, vint texel, TileTaps* t)
   v_tile_pair(values, texel + HS_TILE, &t->v[2], &t->v[3]);
 }
 
-// The fins at a footprint.
+// The fins at footprints. Where no footprint has any of a kind, nothing else is known of that kind.
 typedef struct {
   TileTaps inner_s, inner_d, outer_s, outer_d;
   TileTaps inner2_s, inner2_d, inner2_c, outer2_s, outer2_d, outer2_c;
-  bool varied;
+  bool inner, outer, inner2, outer2;
+  vint any;
 } FinTaps;
 
+// The depths at footprints. Returns which have any fin.
+HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r, TileTaps* d) {
+  tile_taps(depths, r->texel, d);
+  return r->mine & ((d->v[0] > 0.0f) | (d->v[1] > 0.0f) | (d->v[2] > 0.0f) | (d->v[3] > 0.0f));
+}
+
 HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
-  tile_taps(fins->inner.s, r->texel, &f->inner_s);
-  tile_taps(fins->inner.d, r->texel, &f->inner_d);
-  tile_taps(fins->outer.s, r->texel, &f->outer_s);
-  tile_taps(fins->outer.d, r->texel, &f->outer_d);
-  f->varied = varied;
-  if (varied) {
+  const vint inner = load_depths(fins->inner.d, r, &f->inner_d), outer = load_depths(fins->outer.d, r, &f->outer_d);
+  f->any = inner | outer;
+  f->inner = v_any(inner);
+  f->outer = v_any(outer);
+  if (f->inner) tile_taps(fins->inner.s, r->texel, &f->inner_s);
+  if (f->outer) tile_taps(fins->outer.s, r->texel, &f->outer_s);
+  f->inner2 = varied && f->inner && v_any(load_depths(fins->inner2.d, r, &f->inner2_d));
+  f->outer2 = varied && f->outer && v_any(load_depths(fins->outer2.d, r, &f->outer2_d));
+  if (f->inner2) {
     tile_taps(fins->inner2.s, r->texel, &f->inner2_s);
-    tile_taps(fins->inner2.d, r->texel, &f->inner2_d);
     tile_taps(fins->inner2.c, r->texel, &f->inner2_c);
+  }
+  if (f->outer2) {
     tile_taps(fins->outer2.s, r->texel, &f->outer2_s);
-    tile_taps(fins->outer2.d, r->texel, &f->outer2_d);
     tile_taps(fins->outer2.c, r->texel, &f->outer2_c);
   }
 }
@@ -487,16 +497,18 @@ HS_INLINE vfloat illuminance(const HsView light, const HsLayers layers, const Ti
     outer_other[k] = lit ? (vint)(0) : (vint)(-1);
   }
   const uint falloff = layers.faithful ? HS_FALLOFF_LINEAR : layers.falloff;
-  vfloat outer_d, unused;
-  const vfloat inner = mean_weight(light, r, w, inner_other, &f->inner_s, &f->inner_d, all, inner_d);
-  const vfloat outer = mean_weight(light, r, w, outer_other, &f->outer_s, &f->outer_d, all, &outer_d);
-  vfloat lets_in = (vfloat)(0.0f), hides = lets_in;
+  vfloat inner = (vfloat)(0.0f), outer = inner, lets_in = inner, hides = inner, unused;
+  *inner_d = inner;
+  if (f->inner) inner = mean_weight(light, r, w, inner_other, &f->inner_s, &f->inner_d, all, inner_d);
+  if (f->outer) outer = mean_weight(light, r, w, outer_other, &f->outer_s, &f->outer_d, all, &unused);
   if (v_any(inner > 0.0f)) lets_in = falloff_of(inner, falloff);
   if (v_any(outer > 0.0f)) hides = falloff_of(outer, falloff);
-  if (f->varied) {
+  if (f->outer2) {
     const vfloat outer2 = mean_weight(light, r, w, outer_other, &f->outer2_s, &f->outer2_d, all, &unused);
     if (v_any(outer2 > 0.0f))
       hides = hidden_by_both(hides, falloff_of(outer2, falloff), mean_cosine(w, &f->outer2_d, &f->outer2_c));
+  }
+  if (f->inner2) {
     const vfloat inner2 = mean_weight(light, r, w, inner_other, &f->inner2_s, &f->inner2_d, all, &unused);
     if (v_any(inner2 > 0.0f)) {
       const vfloat b = falloff_of(inner2, falloff), c = mean_cosine(w, &f->inner2_d, &f->inner2_c);
@@ -633,11 +645,12 @@ HS_INLINE void store_mine(const TileRun* run, vfloat value, __global float* plan
   }
 }
 
-// The answer to a run: no more than what each receiver may have.
-HS_INLINE void store_answer(const TileRun* run, vfloat value, __global const float* caps, __global float* visibility) {
+// The answer to those of a run that fins reach: no more than what each receiver may have. The others keep what they have.
+HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __global const float* caps,
+                            __global float* visibility) {
   const vint capped = (run->words & HS_WORD_CAPPED) != 0;
-  if (v_any(capped & run->mine)) value = v_select(value, fmin(value, load_lanes(caps, run->pixel, run->valid)), capped);
-  store_mine(run, value, visibility);
+  if (v_any(capped & reached)) value = v_select(value, fmin(value, load_lanes(caps, run->pixel, run->valid)), capped);
+  store_mine(run, v_select(load_lanes(visibility, run->pixel, run->valid), value, reached), visibility);
 }
 
 // Visits the tile's runs of receivers: `slot` in the list.
@@ -717,12 +730,15 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
         FinTaps taps;
         load_fins(&fins, &r, varied, &taps);
         if (single) {
+          if (!v_any(taps.any)) continue;
           vfloat value = one_layer(view, layers, &r, &taps);
           if (layers.faithful) value = falloff_of(value, layers.falloff);
-          store_answer(&run, value, caps, visibility);
+          store_answer(&run, value, taps.any, caps, visibility);
         } else {
+          const bool first = !meets_cells(&run, reached);
+          if (!first && !v_any(taps.any)) continue;
           Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
-          if (meets_cells(&run, reached)) load_illuminance(&run, states, pixels, &seen);
+          if (!first) load_illuminance(&run, states, pixels, &seen);
           add_layer(view, shape, layers, &r, &taps, &seen);
           store_illuminance(&run, &seen, states, pixels);
         }
@@ -740,7 +756,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
       load_illuminance(&run, states, pixels, &seen);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);
       if (layers.faithful) value = falloff_of(value, layers.falloff);
-      store_answer(&run, value, caps, visibility);
+      store_answer(&run, value, r.mine, caps, visibility);
     }
   }
 }
