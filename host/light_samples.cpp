@@ -80,6 +80,31 @@ float turn_of(float x, float y) {
   return y >= 0.0f ? 1.0f - t : 3.0f + t;
 }
 
+/// About four samples a cell: what passes over a few cells is then tested against as many samples as a vector holds.
+void sort_into_cells(SampleTable& table, std::size_t n) {
+  constexpr std::size_t padding = 16;  // a vector may be read from any sample on
+  table.cells_across = static_cast<unsigned>(std::max(1.0, std::sqrt(static_cast<double>(n)) / 2.0));
+  const auto cell_along = [&](float x) {
+    return std::min(static_cast<unsigned>(std::max(0.0f, 0.5f * (x + 1.0f) * static_cast<float>(table.cells_across))),
+                    table.cells_across - 1);
+  };
+  std::vector<std::vector<std::uint16_t>> cells(std::size_t{table.cells_across} * table.cells_across);
+  for (std::size_t i = 0; i < n; ++i)
+    cells[std::size_t{cell_along(table.samples[n + i])} * table.cells_across + cell_along(table.samples[i])].push_back(
+        static_cast<std::uint16_t>(i));
+  std::vector<std::uint16_t> order;
+  for (const std::vector<std::uint16_t>& cell : cells) {
+    table.cells.push_back(static_cast<std::uint16_t>(order.size()));
+    order.insert(order.end(), cell.begin(), cell.end());
+  }
+  table.cells.push_back(static_cast<std::uint16_t>(n));
+  table.cells.insert(table.cells.end(), order.begin(), order.end());
+  for (const std::size_t first : {std::size_t{0}, n}) {
+    for (const std::uint16_t i : order) table.cell_xy.push_back(table.samples[first + i]);
+    table.cell_xy.insert(table.cell_xy.end(), padding, 0.0f);
+  }
+}
+
 }  // namespace
 
 std::uint32_t hash_of(std::uint32_t x) {
@@ -161,6 +186,7 @@ SampleTable sample_table(const LightPoints& points) {
     table.rank.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
   }
   table.samples.push_back(std::numeric_limits<float>::infinity());
+  sort_into_cells(table, sorted.size());
   if (!points.weights.empty())
     for (int c = 0; c < 3; ++c)
       for (const Sample& s : sorted) table.weights.push_back(s.weight[c]);

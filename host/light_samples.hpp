@@ -40,6 +40,10 @@ struct SampleTable {
   std::vector<std::uint16_t> rank;  ///< rank[i]: samples with a turn below i / per_turn; the search goes on from there
   float per_turn = 0.0f;            ///< table entries a quarter turn
   std::vector<float> weights;       ///< red of all, green of all, blue of all; empty where the points have none
+  /// The samples again, by the cell that they lie in of a grid of cells_across^2 on -1..1: x of all, padding, y of all, padding.
+  std::vector<float> cell_xy;
+  unsigned cells_across = 0;
+  std::vector<std::uint16_t> cells;  ///< where each cell, row by row, begins there; one more; the numbers they have in `samples`
 };
 
 /// Sorts points by angle and builds the table that finds an angle's rank among them.

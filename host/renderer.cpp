@@ -233,8 +233,9 @@ struct LightCounters {
 
 /// A light's sample points on the device (SampleTable).
 struct LightSamples {
-  cl::Buffer samples, rank, weights;
+  cl::Buffer samples, rank, weights, cell_xy, cells;
   float per_turn = 0.0f;
+  cl_uint cells_across = 0;
 };
 
 /// What a light's sample points depend on.
@@ -471,6 +472,7 @@ struct Renderer::State {
     disc.sample_count = chosen_samples(settings);
     disc.rotated = settings.sample_pattern == SamplePattern::rotated;
     disc.tinted = tinting.plane >= 0;
+    disc.cells_across = samples.cells_across;
 
     // A cut for every triangle that passes through the light's plane, at worst.
     const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
@@ -509,10 +511,10 @@ struct Renderer::State {
     const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
     launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,
            depth_or_position, normals, shadow_map.get(), disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(),
-           feature_bins.capacity, samples.samples, samples.rank, samples.weights, tinting.buffer,
+           feature_bins.capacity, samples.samples, samples.rank, samples.weights, samples.cell_xy, samples.cells, tinting.buffer,
            static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
            triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
-           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), receiver_bins.offsets.get(),
+           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(), receiver_bins.offsets.get(),
            receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
   }
 
@@ -525,8 +527,7 @@ struct Renderer::State {
       const SampleTable table = sample_table(light_points(light, count));
       found =
           light_samples
-              .emplace(key, LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"),
-                                         buffer_of(*device, table.weights, "samples"), table.per_turn})
+              .emplace(key, LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"), buffer_of(*device, table.weights, "samples"), buffer_of(*device, table.cell_xy, "samples"), buffer_of(*device, table.cells, "samples"), table.per_turn, table.cells_across})
               .first;
     }
     return found->second;

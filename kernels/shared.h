@@ -114,6 +114,7 @@ typedef struct {
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
   hs_uint ball;          // 1: each receiver sees the disc that faces it
   hs_uint tinted;        // 1: the samples have weights a channel, and a tint is counted too
+  hs_uint cells_across;  // of the grid that the samples are sorted into
 } HsDisc;
 
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.

@@ -1,19 +1,23 @@
 // Which edges a group of neighbouring receivers may have before its disc, for visibility_exact.cl: from the tile's list to a
 // batch's, from that to a chunk's.
 
-// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges, HS_CHUNK neighbours of them a shorter one.
+// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges; what is narrowed from it for fewer of them lies behind it,
+// HS_POOL edges in all. At most HS_GROUP receivers are counted together.
 #if HS_LANES == 16
-#define HS_CHUNK 64
+#define HS_GROUP 64
 #define HS_BATCH 1024
-#define HS_LISTED 4096
+#define HS_LISTED 8192
+#define HS_POOL (3 * HS_LISTED)
 #else
-#define HS_CHUNK 1
+#define HS_GROUP 1
 #define HS_BATCH 1
 #define HS_LISTED 1
+#define HS_POOL 2
 #endif
 
-// Receivers that are counted together.
+// Receivers that share a list.
 typedef struct {
+  uint pixel[HS_BATCH];
   float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];                      // light space, lifted off their surface
   float u[HS_BATCH], v[HS_BATCH];                                   // texels, centres at half-integers as rasterizers have it
   float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
@@ -26,13 +30,14 @@ typedef struct {
   float far_z, d_far;         // depth of the farthest, and its 1/z
 } Region;
 
-// Edges that some receiver of a region may have before its disc: HsEdge, a field an array.
+// Edges that some receiver of a region may have before its disc: HsEdge, a field an array. Each list in the pool begins
+// at a whole number of vectors.
 typedef struct {
-  float ax[HS_LISTED], ay[HS_LISTED], az[HS_LISTED], bx[HS_LISTED], by[HS_LISTED], bz[HS_LISTED];
-  float n0x[HS_LISTED], n0y[HS_LISTED], n0z[HS_LISTED], n0w[HS_LISTED];
-  float n1x[HS_LISTED], n1y[HS_LISTED], n1z[HS_LISTED], n1w[HS_LISTED];
-  int m[HS_LISTED], o0[HS_LISTED], o1[HS_LISTED];
-} EdgeList;
+  float ax[HS_POOL], ay[HS_POOL], az[HS_POOL], bx[HS_POOL], by[HS_POOL], bz[HS_POOL];
+  float n0x[HS_POOL], n0y[HS_POOL], n0z[HS_POOL], n0w[HS_POOL];
+  float n1x[HS_POOL], n1y[HS_POOL], n1z[HS_POOL], n1w[HS_POOL];
+  int m[HS_POOL], o0[HS_POOL], o1[HS_POOL];
+} EdgePool;
 
 // A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
 // the rasterizer snaps vertices to a 256th, or the rounding of coordinates; host/rays.cpp lifts as far. slope_ls: of its plane's
@@ -71,6 +76,7 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
                           __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
   for (int i = 0; i < count; ++i) {
     float2 slope;
+    batch->pixel[i] = pixels[i];
     const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &slope);
     const float3 px = project_px(light, p);
     batch->x[i] = p.x;
@@ -116,7 +122,7 @@ HS_INLINE int side_of_region1(const Region* region, float4 plane) {
 }
 
 // Copies an edge of the tile if a receiver of the region may need it.
-HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgeList* to,
+HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgePool* to,
                          int slot) {
   const float4 a = from->a, b = from->b;
   if (fmin(a.z, b.z) >= region->far_z) return false;
@@ -147,39 +153,39 @@ HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* regi
 }
 
 // Makes a list a whole number of vectors long, with edges that are none.
-HS_INLINE void pad_list(EdgeList* list, int count) {
-  for (int i = count; i & (HS_LANES - 1); ++i) {
+HS_INLINE void pad_list(EdgePool* list, int first, int count) {
+  for (int i = first + count; i & (HS_LANES - 1); ++i) {
     list->m[i] = list->o0[i] = list->o1[i] = 0;
     list->ax[i] = list->ay[i] = list->bx[i] = list->by[i] = 0.0f;
     list->az[i] = list->bz[i] = 1.0f;
   }
 }
 
-// The edges of `from` that receivers of the region may need. A face's side that is the same for all of them is added to m, and
+// Lists from `to_first` on those of the `count` edges from `first` on that receivers of the region may need. A face's side that is the same for all of them is added to m, and
 // most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
-HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, const EdgeList* from, int count,
-                          EdgeList* to) {
-  int taken = 0;
-  for (int i = 0; i < count; i += HS_LANES) {
-    vint o0 = v_load(from->o0 + i), o1 = v_load(from->o1 + i);
+HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, EdgePool* pool, int first, int count,
+                          int to_first) {
+  int to = to_first;
+  for (int i = first; i < first + count; i += HS_LANES) {
+    vint o0 = v_load(pool->o0 + i), o1 = v_load(pool->o1 + i);
     const vint side0 =
-        side_of_region(region, v_load(from->n0x + i), v_load(from->n0y + i), v_load(from->n0z + i), v_load(from->n0w + i));
+        side_of_region(region, v_load(pool->n0x + i), v_load(pool->n0y + i), v_load(pool->n0z + i), v_load(pool->n0w + i));
     const vint side1 =
-        side_of_region(region, v_load(from->n1x + i), v_load(from->n1y + i), v_load(from->n1z + i), v_load(from->n1w + i));
-    const vint m = v_load(from->m + i) + o0 * side0 + o1 * side1;
+        side_of_region(region, v_load(pool->n1x + i), v_load(pool->n1y + i), v_load(pool->n1z + i), v_load(pool->n1w + i));
+    const vint m = v_load(pool->m + i) + o0 * side0 + o1 * side1;
     o0 = v_select(o0, (vint)(0), side0 != 0);
     o1 = v_select(o1, (vint)(0), side1 != 0);
     vint keep = (m | o0 | o1) != 0;
     if (!v_any(keep)) continue;
 
     // As capsule_touches.
-    const vfloat az = v_load(from->az + i), bz = v_load(from->bz + i);
+    const vfloat az = v_load(pool->az + i), bz = v_load(pool->bz + i);
     const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
     const vfloat da = 1.0f / az, db = 1.0f / bz;
-    const vfloat ax = v_load(from->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat ay = v_load(from->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
-    const vfloat bx = v_load(from->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat by = v_load(from->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const vfloat ax = v_load(pool->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat ay = v_load(pool->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
+    const vfloat bx = v_load(pool->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
+    const vfloat by = v_load(pool->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
     const float slack = HS_NEAR_PX + 0.25f;
     const vfloat ra = radius_px * fmax(da - region->d_far, 0.0f) + slack, rb = radius_px * fmax(db - region->d_far, 0.0f) + slack;
     const vfloat ex = bx - ax, ey = by - ay;
@@ -191,26 +197,60 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
     keep &= touches | everywhere;
     for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
-      to->ax[taken] = from->ax[k];
-      to->ay[taken] = from->ay[k];
-      to->az[taken] = from->az[k];
-      to->bx[taken] = from->bx[k];
-      to->by[taken] = from->by[k];
-      to->bz[taken] = from->bz[k];
-      to->n0x[taken] = from->n0x[k];
-      to->n0y[taken] = from->n0y[k];
-      to->n0z[taken] = from->n0z[k];
-      to->n0w[taken] = from->n0w[k];
-      to->n1x[taken] = from->n1x[k];
-      to->n1y[taken] = from->n1y[k];
-      to->n1z[taken] = from->n1z[k];
-      to->n1w[taken] = from->n1w[k];
-      to->m[taken] = HS_LANE(m, lane);
-      to->o0[taken] = HS_LANE(o0, lane);
-      to->o1[taken] = HS_LANE(o1, lane);
-      ++taken;
+      pool->ax[to] = pool->ax[k];
+      pool->ay[to] = pool->ay[k];
+      pool->az[to] = pool->az[k];
+      pool->bx[to] = pool->bx[k];
+      pool->by[to] = pool->by[k];
+      pool->bz[to] = pool->bz[k];
+      pool->n0x[to] = pool->n0x[k];
+      pool->n0y[to] = pool->n0y[k];
+      pool->n0z[to] = pool->n0z[k];
+      pool->n0w[to] = pool->n0w[k];
+      pool->n1x[to] = pool->n1x[k];
+      pool->n1y[to] = pool->n1y[k];
+      pool->n1z[to] = pool->n1z[k];
+      pool->n1w[to] = pool->n1w[k];
+      pool->m[to] = HS_LANE(m, lane);
+      pool->o0[to] = HS_LANE(o0, lane);
+      pool->o1[to] = HS_LANE(o1, lane);
+      ++to;
     }
   }
-  pad_list(to, taken);
-  return taken;
+  pad_list(pool, to_first, to - to_first);
+  return to - to_first;
+}
+
+HS_INLINE void swap_receivers(Batch* batch, int i, int k) {
+#define HS_SWAP(type, field)                 \
+  {                                          \
+    const type t = batch->field[i];          \
+    batch->field[i] = batch->field[k];       \
+    batch->field[k] = t;                     \
+  }
+  HS_SWAP(uint, pixel)
+  HS_SWAP(float, x)
+  HS_SWAP(float, y)
+  HS_SWAP(float, z)
+  HS_SWAP(float, u)
+  HS_SWAP(float, v)
+  HS_SWAP(float, plane_d)
+  HS_SWAP(float, plane_dx)
+  HS_SWAP(float, plane_dy)
+#undef HS_SWAP
+}
+
+// Parts receivers first .. end in the middle of where they reach farthest. Returns where the second part begins.
+HS_INLINE int split_receivers(Batch* batch, int first, int end, const Region* region) {
+  const float3 size = region->half_size;
+  const float* at = size.x >= fmax(size.y, size.z) ? batch->x : size.y >= size.z ? batch->y : batch->z;
+  const float middle = at == batch->x ? region->middle.x : at == batch->y ? region->middle.y : region->middle.z;
+  int low = first, high = end;
+  for (;;) {
+    while (low < high && at[low] < middle) ++low;
+    while (low < high && at[high - 1] >= middle) --high;
+    if (low >= high) break;
+    swap_receivers(batch, low, high - 1);
+  }
+  return low == first || low == end ? (first + end) / 2 : low;
 }

@@ -1,0 +1,379 @@
+// What a group of neighbouring receivers sees, from what one of them sees, for visibility_exact.cl.
+//
+// Let p go straight from the group's first receiver p0 to another. For a sample s, W(s) = D(s) - D(c), which the walk over the
+// edges counts, changes only where a silhouette passes over s or c. Most samples are passed by none, and then hold for the whole
+// group what was counted for p0. The others change by a piece of classical shadow volumes (Crow 1977): the edges A -> B whose
+// shadow quad, seen from s, the way from p0 to p crosses, each by its multiplicity:
+//
+//   W_p(s) = W_p0(s) + J(s) - J(c),    J(s) = sum of m_s(e) (s left of e as p sees it) - (s left of e as p0 sees it)
+//            over edges whose ends lie on different sides of the plane through s, p0 and p, and that meet it before the way does
+//
+// and, where the way goes through a face f whose plane has s and c on different sides, 2 or -2 for that. The side of s is the very
+// expression that the walk over the edges decides by, and which side of that plane a vertex lies on is decided for the vertex,
+// whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets the way itself leaves the
+// group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
+
+#if HS_LANES == 16
+#define HS_PAIRS 4096
+#define HS_SLOTS 257  // the centre's and of as many samples as may change
+#define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
+#define HS_CUTTING 2048
+#define HS_CROSSED 16
+
+typedef struct {
+  float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers; the last repeats to a whole vector
+  int count;
+  ushort pair_edge[HS_PAIRS], pair_slot[HS_PAIRS];  // edges, ascending, and the samples that they may pass over
+  int pair_count;
+  ushort near_edge[HS_LISTED];  // edges that may pass near the centre
+  int near_count;
+  ushort slot_of[HS_MAX_SAMPLES], sample_of[HS_SLOTS];  // slot 0 is the centre's
+  int slot_count;
+  short jumps[HS_SLOTS * HS_GROUP];
+  int near[HS_GROUP];
+  uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through, twice the number + 1 if c lies before
+  int crossed_count[HS_GROUP];
+} Sweep;
+
+// Triangles near a batch whose planes cut the disc, by their bounds in light space.
+typedef struct {
+  float low_x[HS_CUTTING], low_y[HS_CUTTING], low_z[HS_CUTTING], high_x[HS_CUTTING], high_y[HS_CUTTING], high_z[HS_CUTTING];
+  uint triangle[HS_CUTTING];
+  int count;
+  bool complete;
+} CuttingFaces;
+
+// Bounds of a coordinate of an edge's end as receivers at low_p .. high_p see it: a + (a - p) t.
+HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float high_p, vfloat low_t, vfloat high_t, float slack,
+                                vfloat* low, vfloat* high) {
+  const vfloat l = low_a - high_p, h = high_a - low_p;
+  const vfloat lt = l * v_select(low_t, high_t, l < 0.0f), ht = h * v_select(high_t, low_t, h < 0.0f);
+  *low = low_a + lt - (fabs(low_a) + fabs(lt)) * 2e-6f - slack;
+  *high = high_a + ht + (fabs(high_a) + fabs(ht)) * 2e-6f + slack;
+}
+
+HS_INLINE bool add_pair(Sweep* sweep, int edge, int slot) {
+  if (sweep->pair_count == HS_PAIRS) return false;
+  sweep->pair_edge[sweep->pair_count] = (ushort)edge;
+  sweep->pair_slot[sweep->pair_count] = (ushort)slot;
+  ++sweep->pair_count;
+  return true;
+}
+
+// Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are more than `most`.
+bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count, int most,
+                Sweep* sweep) {
+  const int n = (int)disc.sample_count, grid = (int)disc.cells_across;
+  __global const float* cell_x = set->cell_xy;
+  __global const float* cell_y = set->cell_xy + n + HS_LANES;
+  __global const ushort* cell_first = set->cells;
+  __global const ushort* cell_sample = set->cells + grid * grid + 1;
+  const float radius = disc.radius, slack = radius * 4e-6f, cells_per_unit = 0.5f * (float)grid / radius;
+  const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
+  const float beyond = low_p.z * HS_BEYOND;
+  sweep->pair_count = sweep->near_count = 0;
+  sweep->slot_count = 1;
+  for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
+  most = min(most, HS_PAIRS);
+  for (int i = first; i < first + count; i += HS_LANES) {
+    const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
+    const vfloat bx = v_load(list->bx + i), by = v_load(list->by + i), bz = v_load(list->bz + i);
+    // An end that some receiver lies before is cut off, somewhere along the edge.
+    const vint a_cut = az >= beyond, b_cut = bz >= beyond, cut = a_cut | b_cut;
+    vfloat low_ta = az / (high_p.z - az), low_tb = bz / (high_p.z - bz), high_ta = az / (low_p.z - az),
+           high_tb = bz / (low_p.z - bz);
+    vfloat low_ax = ax, high_ax = ax, low_ay = ay, high_ay = ay, low_bx = bx, high_bx = bx, low_by = by, high_by = by;
+    if (v_any(cut)) {
+      const vfloat least = v_select(v_select(fmin(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
+      const vfloat low_t = v_select(least, (vfloat)(0.0f), a_cut & b_cut);
+      low_ax = v_select(ax, fmin(ax, bx), a_cut);
+      high_ax = v_select(ax, fmax(ax, bx), a_cut);
+      low_ay = v_select(ay, fmin(ay, by), a_cut);
+      high_ay = v_select(ay, fmax(ay, by), a_cut);
+      low_bx = v_select(bx, fmin(ax, bx), b_cut);
+      high_bx = v_select(bx, fmax(ax, bx), b_cut);
+      low_by = v_select(by, fmin(ay, by), b_cut);
+      high_by = v_select(by, fmax(ay, by), b_cut);
+      low_ta = v_select(low_ta, low_t, a_cut);
+      low_tb = v_select(low_tb, low_t, b_cut);
+      high_ta = v_select(high_ta, (vfloat)(2e6f), a_cut);  // HS_BEYOND / (1 - HS_BEYOND), and more
+      high_tb = v_select(high_tb, (vfloat)(2e6f), b_cut);
+    }
+    vfloat alx, ahx, aly, ahy, blx, bhx, bly, bhy;
+    projected_bounds(low_ax, high_ax, low_p.x, high_p.x, low_ta, high_ta, slack, &alx, &ahx);
+    projected_bounds(low_ay, high_ay, low_p.y, high_p.y, low_ta, high_ta, slack, &aly, &ahy);
+    projected_bounds(low_bx, high_bx, low_p.x, high_p.x, low_tb, high_tb, slack, &blx, &bhx);
+    projected_bounds(low_by, high_by, low_p.y, high_p.y, low_tb, high_tb, slack, &bly, &bhy);
+    const vfloat lx = fmin(alx, blx), hx = fmax(ahx, bhx), ly = fmin(aly, bly), hy = fmax(ahy, bhy);
+    // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
+    const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
+    const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
+    const vfloat half_band = 0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
+                             4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
+    const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
+    const vint reaches = is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) &
+                         (fabs(c) <= half_band + radius * length);
+    // As passes_near.
+    const vfloat far_z = fmax(az, bz);
+    const vfloat near = v_select(disc.near_q * far_z * high_p.z / (low_p.z - far_z), (vfloat)(1e18f), cut);
+    const vint passes_centre = is_edge & (lx <= 0.0f) & (hx >= 0.0f) & (ly <= 0.0f) & (hy >= 0.0f) & (fabs(c) <= half_band);
+    const vint comes_near = is_edge & (lx <= near) & (hx >= -near) & (ly <= near) & (hy >= -near) & (fabs(c) <= half_band + near * length);
+    const uint near_bits = lane_bits(comes_near);
+    for (uint bits = near_bits; bits != 0; bits &= bits - 1)
+      sweep->near_edge[sweep->near_count++] = (ushort)(i + 31 - (int)clz(bits & -bits) - first);
+    const uint centre_bits = lane_bits(passes_centre), reach_bits = lane_bits(reaches);
+    if ((centre_bits | reach_bits) == 0) continue;
+
+    const vint cx0 = clamp(v_int((lx + radius) * cells_per_unit), 0, grid - 1), cx1 = clamp(v_int((hx + radius) * cells_per_unit), 0, grid - 1);
+    const vint cy0 = clamp(v_int((ly + radius) * cells_per_unit), 0, grid - 1), cy1 = clamp(v_int((hy + radius) * cells_per_unit), 0, grid - 1);
+    for (uint bits = centre_bits | reach_bits; bits != 0; bits &= bits - 1) {
+      const int lane = 31 - (int)clz(bits & -bits), edge = i + lane - first;
+      if ((centre_bits >> lane & 1) && !add_pair(sweep, edge, 0)) return false;
+      if (!(reach_bits >> lane & 1)) continue;
+      const float lane_lx = HS_FLOAT_LANE(lx, lane), lane_hx = HS_FLOAT_LANE(hx, lane), lane_ly = HS_FLOAT_LANE(ly, lane),
+                  lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
+                  lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane), lane_band = HS_FLOAT_LANE(half_band, lane);
+      // Faces that are on one side for some receivers and on the other for others: seen from s the edge may be no silhouette.
+      const int at = i + lane, m = list->m[at], o0 = list->o0[at], o1 = list->o1[at];
+      const bool sides = (o0 | o1) != 0;
+      const float n0x = list->n0x[at] * radius, n0y = list->n0y[at] * radius, n0w = list->n0w[at], n1x = list->n1x[at] * radius,
+                  n1y = list->n1y[at] * radius, n1w = list->n1w[at];
+      const int x0 = HS_LANE(cx0, lane), x1 = HS_LANE(cx1, lane), y1 = HS_LANE(cy1, lane);
+      for (int y = HS_LANE(cy0, lane); y <= y1; ++y) {
+        const int end = cell_first[y * grid + x1 + 1];
+        for (int k = cell_first[y * grid + x0]; k < end; k += HS_LANES) {
+          const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
+          vint swept = (v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
+                             (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band);
+          if (sides) {
+            const vint side0 = v_select((vint)(1), (vint)(-1), sx * n0x + sy * n0y >= n0w),
+                       side1 = v_select((vint)(1), (vint)(-1), sx * n1x + sy * n1y >= n1w);
+            swept &= m + o0 * side0 + o1 * side1 != 0;
+          }
+          for (uint swept_bits = lane_bits(swept); swept_bits != 0; swept_bits &= swept_bits - 1) {
+            const int sample = cell_sample[k + 31 - (int)clz(swept_bits & -swept_bits)];
+            int slot = sweep->slot_of[sample];
+            if (slot == 0) {
+              slot = sweep->slot_count;
+              if (slot == HS_SLOTS) return false;
+              sweep->slot_of[sample] = (ushort)slot;
+              sweep->sample_of[slot] = (ushort)sample;
+              ++sweep->slot_count;
+            }
+            if (!add_pair(sweep, edge, slot)) return false;
+          }
+        }
+      }
+      if (sweep->pair_count > most) return false;
+    }
+  }
+  return true;
+}
+
+HS_INLINE float3 cross3(float3 a, float3 b) {
+  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+// How `list`'s edge i is seen by each of a vector of receivers.
+HS_INLINE ProjectedEdge edge_before(const EdgePool* list, int i, vfloat px, vfloat py, vfloat pz) {
+  return project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
+                      (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
+}
+
+// Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
+bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, int first, Sweep* sweep) {
+  const int n = (int)disc.sample_count, vectors = (sweep->count + HS_LANES - 1) / HS_LANES;
+  const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
+  for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
+  for (int pair = 0; pair < sweep->pair_count;) {
+    const int edge = sweep->pair_edge[pair], i = first + edge;
+    const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
+    vfloat exs[HS_GROUP_VECTORS], eys[HS_GROUP_VECTORS], cs[HS_GROUP_VECTORS];
+    vint unseen[HS_GROUP_VECTORS];
+    for (int v = 0; v < vectors; ++v) {
+      const ProjectedEdge e =
+          edge_before(list, i, v_load(sweep->x + v * HS_LANES), v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES));
+      distance2_of(&e, &cs[v]);
+      exs[v] = (e.bx - e.ax) * disc.radius;
+      eys[v] = (e.by - e.ay) * disc.radius;
+      unseen[v] = v_not(e.seen);
+    }
+    for (; pair < sweep->pair_count && sweep->pair_edge[pair] == edge; ++pair) {
+      const int slot = sweep->pair_slot[pair];
+      float3 s = (float3)(0.0f);
+      if (slot > 0) s.xy = (float2)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]]);
+      const float3 s_ls = s * disc.radius;
+      // The receiver that the edge passes by lies on the other side of its faces' planes.
+      const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
+      const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
+      const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
+      if (m == 0) continue;
+      vint left[HS_GROUP_VECTORS];
+      const float3 n_s = cross3(a - s_ls, b - a);
+      for (int v = 0; v < vectors; ++v) {
+        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
+        if (slot == 0)
+          left[v] = left_of_centre(map_x((vfloat)(a.x), (vfloat)(a.z), px, pz), map_x((vfloat)(a.y), (vfloat)(a.z), py, pz),
+                                   map_x((vfloat)(b.x), (vfloat)(b.z), px, pz), map_x((vfloat)(b.y), (vfloat)(b.z), py, pz));
+        else
+          left[v] = s.x * eys[v] - s.y * exs[v] <= cs[v];
+        if (v_any(unseen[v]))
+          left[v] = v_select(left[v], n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z) > 0.0f, unseen[v]);
+      }
+      const int left0 = HS_LANE(left[0], 0);
+      const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
+      for (int v = 0; v < vectors; ++v) {
+        const vint turned = left[v] ^ left0;
+        if (!v_any(turned)) continue;
+        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
+        const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
+        const vfloat da = m_a.x * dx + m_a.y * dy + m_a.z * dz, db = m_b.x * dx + m_b.y * dy + m_b.z * dz;
+        const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
+        if (!v_any(passes)) continue;
+        // Where the edge meets the plane, and where the way does.
+        const vfloat weight = fabs(da) + fabs(db), edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
+        const vfloat s0 = (vfloat)(fabs(n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z)));
+        const vfloat s1 = fabs(n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z));
+        const vfloat s_sum = s0 + s1, way_z = p0.z + dz * (s0 / v_select((vfloat)(1.0f), s_sum, s_sum > 0.0f));
+        const vint before = edge_z < way_z;
+        if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
+        const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left[v]), passes & before);
+        short* sum = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
+        vstore16(vload16(0, sum) + v_short_of(jump), 0, sum);
+      }
+    }
+  }
+  return true;
+}
+
+// A way from p0 to p and an edge: on which side it passes. The ends in the order of their numbers, so that faces agree.
+HS_INLINE vint passes_left(float3 p0, vfloat dx, vfloat dy, vfloat dz, float3 a, float3 b, bool reversed) {
+  const float3 m = cross3(a - p0, b - a);
+  const vint left = dx * m.x + dy * m.y + dz * m.z > 0.0f;
+  return reversed ? v_not(left) : left;
+}
+
+// Finds the faces of `cutting` that the way from the group's first receiver to each other goes through. False if there are too many.
+bool find_crossed(const Region* region, const CuttingFaces* cutting, __global const uint* triangles,
+                  __global const float4* vertices_ls, __global const float4* planes, Sweep* sweep) {
+  if (!cutting->complete) return false;
+  const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
+  const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
+  for (int i = 0; i < HS_GROUP; ++i) sweep->crossed_count[i] = 0;
+  for (int k = 0; k < cutting->count; k += HS_LANES) {
+    const vint meets = (v_iota < cutting->count - k) & (v_load(cutting->low_x + k) <= high.x) & (v_load(cutting->high_x + k) >= low.x) &
+                       (v_load(cutting->low_y + k) <= high.y) & (v_load(cutting->high_y + k) >= low.y) &
+                       (v_load(cutting->low_z + k) <= high.z) & (v_load(cutting->high_z + k) >= low.z);
+    for (uint bits = lane_bits(meets); bits != 0; bits &= bits - 1) {
+      const uint triangle = cutting->triangle[k + 31 - (int)clz(bits & -bits)];
+      const uint3 corner = vload3(triangle, triangles);
+      const float4 f = planes[triangle];
+      const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
+      const bool front0 = f.x * p0.x + f.y * p0.y + f.z * p0.z >= f.w;
+      for (int v = 0; v < sweep->count; v += HS_LANES) {
+        const vfloat px = v_load(sweep->x + v), py = v_load(sweep->y + v), pz = v_load(sweep->z + v);
+        const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
+        vint through = front0 ? v_not(front) : front;
+        if (!v_any(through)) continue;
+        const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
+        const vint ab = corner.x < corner.y ? passes_left(p0, dx, dy, dz, a, b, false) : passes_left(p0, dx, dy, dz, b, a, true);
+        const vint bc = corner.y < corner.z ? passes_left(p0, dx, dy, dz, b, c, false) : passes_left(p0, dx, dy, dz, c, b, true);
+        const vint ca = corner.z < corner.x ? passes_left(p0, dx, dy, dz, c, a, false) : passes_left(p0, dx, dy, dz, a, c, true);
+        through &= v_not(ab ^ bc) & v_not(bc ^ ca);
+        for (uint lanes = lane_bits(through); lanes != 0; lanes &= lanes - 1) {
+          const int i = v + 31 - (int)clz(lanes & -lanes);
+          if (sweep->crossed_count[i] == HS_CROSSED) return false;
+          sweep->crossed[i * HS_CROSSED + sweep->crossed_count[i]++] = triangle << 1 | (uint)((0.0f >= f.w) == front0);
+        }
+      }
+    }
+  }
+  return true;
+}
+
+// Which receivers a silhouette passes so near that the shadow map cannot be asked about the centre.
+void find_near(const HsDisc disc, const EdgePool* list, int first, Sweep* sweep) {
+  const int vectors = (sweep->count + HS_LANES - 1) / HS_LANES;
+  for (int v = 0; v < vectors; ++v) {
+    const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
+    vint near = (vint)(0);
+    for (int k = 0; k < sweep->near_count && !v_all(near); ++k) {
+      const int i = first + sweep->near_edge[k], o0 = list->o0[i], o1 = list->o1[i];
+      const vint front0 = list->n0x[i] * px + list->n0y[i] * py + list->n0z[i] * pz >= list->n0w[i];
+      const vint front1 = list->n1x[i] * px + list->n1y[i] * py + list->n1z[i] * pz >= list->n1w[i];
+      const vint m = list->m[i] + v_select((vint)(-o0), (vint)(o0), front0) + v_select((vint)(-o1), (vint)(o1), front1);
+      const ProjectedEdge e = edge_before(list, i, px, py, pz);
+      vfloat c;
+      near |= (m != 0) & e.seen & passes_near(disc, &e, distance2_of(&e, &c), pz);
+    }
+    v_store(near, sweep->near + v * HS_LANES);
+  }
+}
+
+// Whether some sample may be seen by a receiver although the centre is hidden from it, which takes W < 0.
+void find_brighter(const HsDisc disc, const Sweep* sweep, const v_short* base, int* brighter) {
+  short16 still = (short16)(0);
+  for (uint k = 0; k < disc.sample_count; k += HS_LANES)
+    still = min(still, select((short16)(0), base[k / HS_LANES], vload16(0, sweep->slot_of + k) == (ushort16)(0)));
+  short still_least = 0;
+  for (int i = 0; i < HS_LANES; ++i) still_least = min(still_least, ((const short*)&still)[i]);
+  for (int i = 0; i < sweep->count; i += HS_LANES) {
+    short16 least = (short16)(still_least);
+    for (int slot = 1; slot < sweep->slot_count; ++slot)
+      least = min(least, vload16(0, sweep->jumps + slot * HS_GROUP + i) + (short16)(((const short*)base)[sweep->sample_of[slot]]));
+    vstore16(convert_int16(least - vload16(0, sweep->jumps + i) < (short16)(0)), 0, brighter + i);
+  }
+}
+
+// The samples that each receiver sees, given how many surfaces hide its centre; negative: whether a count is below 0.
+void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, const int* centre, float* seen, int* negative) {
+  const int n = (int)disc.sample_count;
+  int known_depth = INT_MIN, known_count = 0;
+  bool known_negative = false;
+  for (int first = 0; first < sweep->count; first += HS_LANES) {
+    const short16 depth = convert_short16(vload16(0, centre + first)) - vload16(0, sweep->jumps + first);
+    short16 count = (short16)(0), below = (short16)(0);
+    for (int slot = 1; slot < sweep->slot_count; ++slot) {
+      const short16 sum =
+          vload16(0, sweep->jumps + slot * HS_GROUP + first) + (short16)(((const short*)base)[sweep->sample_of[slot]]) + depth;
+      count -= sum <= (short16)(0);
+      below |= sum < (short16)(0);
+    }
+    for (int i = 0; i < min(HS_LANES, sweep->count - first); ++i) {
+      const int lane_depth = ((const short*)&depth)[i];
+      if (lane_depth != known_depth) {
+        known_depth = lane_depth;
+        known_count = 0;
+        known_negative = false;
+        for (int k = 0; k < n; k += HS_LANES) {
+          const short16 sum = base[k / HS_LANES] + (short16)((short)lane_depth);
+          const short16 still = vload16(0, sweep->slot_of + k) == (ushort16)(0);
+          known_count += short_lane_count((sum <= (short16)(0)) & still);
+          known_negative |= short_lane_count((sum < (short16)(0)) & still) != 0;
+        }
+      }
+      seen[first + i] = (float)(((const short*)&count)[i] + known_count) / (float)n;
+      negative[first + i] = ((const short*)&below)[i] != 0 || known_negative;
+    }
+  }
+}
+
+// The counts of one of the receivers, sample by sample, as count_crossings has them.
+void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep, const v_short* base, __global const float4* planes,
+                     int i, v_short* counts) {
+  const int n = (int)disc.sample_count;
+  for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] - (v_short)(sweep->jumps[i]);
+  for (int slot = 1; slot < sweep->slot_count; ++slot) ((short*)counts)[sweep->sample_of[slot]] += sweep->jumps[slot * HS_GROUP + i];
+  for (int k = 0; k < sweep->crossed_count[i]; ++k) {
+    const uint crossed = sweep->crossed[i * HS_CROSSED + k];
+    const float4 f = planes[crossed >> 1];
+    const vint centre_before = 0.0f >= f.w ? (vint)(-1) : (vint)(0);
+    const short16 change = (crossed & 1) ? (short16)(-2) : (short16)(2);  // 1: the centre is on p0's side
+    for (int at = 0; at < n; at += HS_LANES) {
+      const vint before =
+          v_load(set->samples + at) * (f.x * disc.radius) + v_load(set->samples + n + at) * (f.y * disc.radius) >= f.w;
+      counts[at / HS_LANES] += v_short_of(before ^ centre_before) & change;
+    }
+  }
+}
+#endif
