@@ -514,8 +514,8 @@ struct Renderer::State {
            feature_bins.capacity, samples.samples, samples.rank, samples.weights, samples.cell_xy, samples.cells, tinting.buffer,
            static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
            triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
-           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(), receiver_bins.offsets.get(),
-           receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
+           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(),
+           receiver_bins.offsets.get(), receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
   }
 
   const LightSamples& samples_of(const Light& light, unsigned count) {
@@ -527,7 +527,10 @@ struct Renderer::State {
       const SampleTable table = sample_table(light_points(light, count));
       found =
           light_samples
-              .emplace(key, LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"), buffer_of(*device, table.weights, "samples"), buffer_of(*device, table.cell_xy, "samples"), buffer_of(*device, table.cells, "samples"), table.per_turn, table.cells_across})
+              .emplace(key,
+                       LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"),
+                                    buffer_of(*device, table.weights, "samples"), buffer_of(*device, table.cell_xy, "samples"),
+                                    buffer_of(*device, table.cells, "samples"), table.per_turn, table.cells_across})
               .first;
     }
     return found->second;

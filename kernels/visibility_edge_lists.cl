@@ -1,8 +1,8 @@
 // Which edges a group of neighbouring receivers may have before its disc, for visibility_exact.cl: from the tile's list to a
 // batch's, from that to a chunk's.
 
-// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges; what is narrowed from it for fewer of them lies behind it,
-// HS_POOL edges in all. At most HS_GROUP receivers are counted together.
+// HS_BATCH receivers of a tile share one list of at most HS_LISTED edges; what is narrowed from it for fewer of them lies behind
+// it, HS_POOL edges in all. At most HS_GROUP receivers are counted together.
 #if HS_LANES == 16
 #define HS_GROUP 64
 #define HS_BATCH 1024
@@ -161,8 +161,9 @@ HS_INLINE void pad_list(EdgePool* list, int first, int count) {
   }
 }
 
-// Lists from `to_first` on those of the `count` edges from `first` on that receivers of the region may need. A face's side that is the same for all of them is added to m, and
-// most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
+// Lists from `to_first` on those of the `count` edges from `first` on that receivers of the region may need. A face's side that
+// is the same for all of them is added to m, and most edges, silhouettes for some other part of the tile, then have none left.
+// Returns their number.
 HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, EdgePool* pool, int first, int count,
                           int to_first) {
   int to = to_first;
@@ -221,22 +222,15 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
   return to - to_first;
 }
 
-HS_INLINE void swap_receivers(Batch* batch, int i, int k) {
-#define HS_SWAP(type, field)                 \
-  {                                          \
-    const type t = batch->field[i];          \
-    batch->field[i] = batch->field[k];       \
-    batch->field[k] = t;                     \
+HS_INLINE void swap_receivers(Batch* batch, int i, int k){
+#define HS_SWAP(type, field)           \
+  {                                    \
+    const type t = batch->field[i];    \
+    batch->field[i] = batch->field[k]; \
+    batch->field[k] = t;               \
   }
-  HS_SWAP(uint, pixel)
-  HS_SWAP(float, x)
-  HS_SWAP(float, y)
-  HS_SWAP(float, z)
-  HS_SWAP(float, u)
-  HS_SWAP(float, v)
-  HS_SWAP(float, plane_d)
-  HS_SWAP(float, plane_dx)
-  HS_SWAP(float, plane_dy)
+    HS_SWAP(uint, pixel) HS_SWAP(float, x) HS_SWAP(float, y) HS_SWAP(float, z) HS_SWAP(float, u) HS_SWAP(float, v)
+        HS_SWAP(float, plane_d) HS_SWAP(float, plane_dx) HS_SWAP(float, plane_dy)
 #undef HS_SWAP
 }
 

@@ -159,8 +159,8 @@ HS_INLINE vint passes_near(const HsDisc disc, const ProjectedEdge* e, vfloat dis
 
 // Finds the silhouettes of `list` as seen from p that pass before the disc. Returns their number, padded with edges that hide
 // nothing.
-HS_INLINE int project_edges(const EdgePool* list, int first, int count, const HsDisc disc, float px, float py, float pz, Passing* passing,
-                            Walk* walk) {
+HS_INLINE int project_edges(const EdgePool* list, int first, int count, const HsDisc disc, float px, float py, float pz,
+                            Passing* passing, Walk* walk) {
   int taken = 0;
   const Facing facing = facing_of(px, py, pz);
   const float p_z = disc.ball ? dot(facing.z, (float3)(px, py, pz)) : pz;  // how far p lies before the disc's plane
@@ -408,4 +408,3 @@ HS_INLINE float4 tint_of(const v_short* counts, int centre, int n, __global cons
   }
   return (float4)((float3)(v_sum(red), v_sum(green), v_sum(blue)) / (float)n, 1.0f);
 }
-

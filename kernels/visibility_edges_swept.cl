@@ -8,10 +8,10 @@
 //   W_p(s) = W_p0(s) + J(s) - J(c),    J(s) = sum of m_s(e) (s left of e as p sees it) - (s left of e as p0 sees it)
 //            over edges whose ends lie on different sides of the plane through s, p0 and p, and that meet it before the way does
 //
-// and, where the way goes through a face f whose plane has s and c on different sides, 2 or -2 for that. The side of s is the very
-// expression that the walk over the edges decides by, and which side of that plane a vertex lies on is decided for the vertex,
-// whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets the way itself leaves the
-// group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
+// and, where the way goes through a face f whose plane has s and c on different sides, 2 or -2 for that. The side of s is the
+// very expression that the walk over the edges decides by, and which side of that plane a vertex lies on is decided for the
+// vertex, whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets the way itself
+// leaves the group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
 
 #if HS_LANES == 16
 #define HS_PAIRS 4096
@@ -61,8 +61,8 @@ HS_INLINE bool add_pair(Sweep* sweep, int edge, int slot) {
 }
 
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are more than `most`.
-bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count, int most,
-                Sweep* sweep) {
+bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count,
+                int most, Sweep* sweep) {
   const int n = (int)disc.sample_count, grid = (int)disc.cells_across;
   __global const float* cell_x = set->cell_xy;
   __global const float* cell_y = set->cell_xy + n + HS_LANES;
@@ -108,31 +108,36 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
     const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
     const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
-    const vfloat half_band = 0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
-                             4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
+    const vfloat half_band =
+        0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
+        4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
     const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
-    const vint reaches = is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) &
-                         (fabs(c) <= half_band + radius * length);
+    const vint reaches =
+        is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
     // As passes_near.
     const vfloat far_z = fmax(az, bz);
     const vfloat near = v_select(disc.near_q * far_z * high_p.z / (low_p.z - far_z), (vfloat)(1e18f), cut);
     const vint passes_centre = is_edge & (lx <= 0.0f) & (hx >= 0.0f) & (ly <= 0.0f) & (hy >= 0.0f) & (fabs(c) <= half_band);
-    const vint comes_near = is_edge & (lx <= near) & (hx >= -near) & (ly <= near) & (hy >= -near) & (fabs(c) <= half_band + near * length);
+    const vint comes_near =
+        is_edge & (lx <= near) & (hx >= -near) & (ly <= near) & (hy >= -near) & (fabs(c) <= half_band + near * length);
     const uint near_bits = lane_bits(comes_near);
     for (uint bits = near_bits; bits != 0; bits &= bits - 1)
       sweep->near_edge[sweep->near_count++] = (ushort)(i + 31 - (int)clz(bits & -bits) - first);
     const uint centre_bits = lane_bits(passes_centre), reach_bits = lane_bits(reaches);
     if ((centre_bits | reach_bits) == 0) continue;
 
-    const vint cx0 = clamp(v_int((lx + radius) * cells_per_unit), 0, grid - 1), cx1 = clamp(v_int((hx + radius) * cells_per_unit), 0, grid - 1);
-    const vint cy0 = clamp(v_int((ly + radius) * cells_per_unit), 0, grid - 1), cy1 = clamp(v_int((hy + radius) * cells_per_unit), 0, grid - 1);
+    const vint cx0 = clamp(v_int((lx + radius) * cells_per_unit), 0, grid - 1),
+               cx1 = clamp(v_int((hx + radius) * cells_per_unit), 0, grid - 1);
+    const vint cy0 = clamp(v_int((ly + radius) * cells_per_unit), 0, grid - 1),
+               cy1 = clamp(v_int((hy + radius) * cells_per_unit), 0, grid - 1);
     for (uint bits = centre_bits | reach_bits; bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits), edge = i + lane - first;
       if ((centre_bits >> lane & 1) && !add_pair(sweep, edge, 0)) return false;
       if (!(reach_bits >> lane & 1)) continue;
       const float lane_lx = HS_FLOAT_LANE(lx, lane), lane_hx = HS_FLOAT_LANE(hx, lane), lane_ly = HS_FLOAT_LANE(ly, lane),
                   lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
-                  lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane), lane_band = HS_FLOAT_LANE(half_band, lane);
+                  lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane),
+                  lane_band = HS_FLOAT_LANE(half_band, lane);
       // Faces that are on one side for some receivers and on the other for others: seen from s the edge may be no silhouette.
       const int at = i + lane, m = list->m[at], o0 = list->o0[at], o1 = list->o1[at];
       const bool sides = (o0 | o1) != 0;
@@ -144,7 +149,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
         for (int k = cell_first[y * grid + x0]; k < end; k += HS_LANES) {
           const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
           vint swept = (v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
-                             (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band);
+                       (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band);
           if (sides) {
             const vint side0 = v_select((vint)(1), (vint)(-1), sx * n0x + sy * n0y >= n0w),
                        side1 = v_select((vint)(1), (vint)(-1), sx * n1x + sy * n1y >= n1w);
@@ -211,7 +216,8 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
       vint left[HS_GROUP_VECTORS];
       const float3 n_s = cross3(a - s_ls, b - a);
       for (int v = 0; v < vectors; ++v) {
-        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
+        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
+                     pz = v_load(sweep->z + v * HS_LANES);
         if (slot == 0)
           left[v] = left_of_centre(map_x((vfloat)(a.x), (vfloat)(a.z), px, pz), map_x((vfloat)(a.y), (vfloat)(a.z), py, pz),
                                    map_x((vfloat)(b.x), (vfloat)(b.z), px, pz), map_x((vfloat)(b.y), (vfloat)(b.z), py, pz));
@@ -225,13 +231,15 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
       for (int v = 0; v < vectors; ++v) {
         const vint turned = left[v] ^ left0;
         if (!v_any(turned)) continue;
-        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
+        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
+                     pz = v_load(sweep->z + v * HS_LANES);
         const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
         const vfloat da = m_a.x * dx + m_a.y * dy + m_a.z * dz, db = m_b.x * dx + m_b.y * dy + m_b.z * dz;
         const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
         if (!v_any(passes)) continue;
         // Where the edge meets the plane, and where the way does.
-        const vfloat weight = fabs(da) + fabs(db), edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
+        const vfloat weight = fabs(da) + fabs(db),
+                     edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
         const vfloat s0 = (vfloat)(fabs(n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z)));
         const vfloat s1 = fabs(n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z));
         const vfloat s_sum = s0 + s1, way_z = p0.z + dz * (s0 / v_select((vfloat)(1.0f), s_sum, s_sum > 0.0f));
@@ -253,7 +261,8 @@ HS_INLINE vint passes_left(float3 p0, vfloat dx, vfloat dy, vfloat dz, float3 a,
   return reversed ? v_not(left) : left;
 }
 
-// Finds the faces of `cutting` that the way from the group's first receiver to each other goes through. False if there are too many.
+// Finds the faces of `cutting` that the way from the group's first receiver to each other goes through. False if there are too
+// many.
 bool find_crossed(const Region* region, const CuttingFaces* cutting, __global const uint* triangles,
                   __global const float4* vertices_ls, __global const float4* planes, Sweep* sweep) {
   if (!cutting->complete) return false;
@@ -261,9 +270,10 @@ bool find_crossed(const Region* region, const CuttingFaces* cutting, __global co
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < HS_GROUP; ++i) sweep->crossed_count[i] = 0;
   for (int k = 0; k < cutting->count; k += HS_LANES) {
-    const vint meets = (v_iota < cutting->count - k) & (v_load(cutting->low_x + k) <= high.x) & (v_load(cutting->high_x + k) >= low.x) &
-                       (v_load(cutting->low_y + k) <= high.y) & (v_load(cutting->high_y + k) >= low.y) &
-                       (v_load(cutting->low_z + k) <= high.z) & (v_load(cutting->high_z + k) >= low.z);
+    const vint meets = (v_iota < cutting->count - k) & (v_load(cutting->low_x + k) <= high.x) &
+                       (v_load(cutting->high_x + k) >= low.x) & (v_load(cutting->low_y + k) <= high.y) &
+                       (v_load(cutting->high_y + k) >= low.y) & (v_load(cutting->low_z + k) <= high.z) &
+                       (v_load(cutting->high_z + k) >= low.z);
     for (uint bits = lane_bits(meets); bits != 0; bits &= bits - 1) {
       const uint triangle = cutting->triangle[k + 31 - (int)clz(bits & -bits)];
       const uint3 corner = vload3(triangle, triangles);
@@ -320,7 +330,8 @@ void find_brighter(const HsDisc disc, const Sweep* sweep, const v_short* base, i
   for (int i = 0; i < sweep->count; i += HS_LANES) {
     short16 least = (short16)(still_least);
     for (int slot = 1; slot < sweep->slot_count; ++slot)
-      least = min(least, vload16(0, sweep->jumps + slot * HS_GROUP + i) + (short16)(((const short*)base)[sweep->sample_of[slot]]));
+      least =
+          min(least, vload16(0, sweep->jumps + slot * HS_GROUP + i) + (short16)(((const short*)base)[sweep->sample_of[slot]]));
     vstore16(convert_int16(least - vload16(0, sweep->jumps + i) < (short16)(0)), 0, brighter + i);
   }
 }
@@ -359,11 +370,12 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, co
 }
 
 // The counts of one of the receivers, sample by sample, as count_crossings has them.
-void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep, const v_short* base, __global const float4* planes,
-                     int i, v_short* counts) {
+void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep, const v_short* base,
+                     __global const float4* planes, int i, v_short* counts) {
   const int n = (int)disc.sample_count;
   for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] - (v_short)(sweep->jumps[i]);
-  for (int slot = 1; slot < sweep->slot_count; ++slot) ((short*)counts)[sweep->sample_of[slot]] += sweep->jumps[slot * HS_GROUP + i];
+  for (int slot = 1; slot < sweep->slot_count; ++slot)
+    ((short*)counts)[sweep->sample_of[slot]] += sweep->jumps[slot * HS_GROUP + i];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];

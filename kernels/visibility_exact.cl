@@ -35,8 +35,8 @@ typedef struct {
 
 // How many surfaces hide the light's centre from receivers first .. first + count: by the map where it is clear and `near` does
 // not forbid it, else by counting. Where no sample is less hidden than the centre (not `brighter`), hidden or not is enough.
-void count_centres(const Casters* casters, const Batch* batch, int first, int count, uint tile, const int* near, const int* brighter,
-                   int* centre) {
+void count_centres(const Casters* casters, const Batch* batch, int first, int count, uint tile, const int* near,
+                   const int* brighter, int* centre) {
   int asking[HS_GROUP], crossings[HS_GROUP];
   int asking_count = 0;
   for (int i = 0; i < count; ++i) {
@@ -58,8 +58,8 @@ typedef struct {
   __global HsStatus* status;
 } Answers;
 
-HS_INLINE void answer(const Answers* answers, const Casters* casters, uint pixel, float seen, bool negative, const v_short* counts,
-                      int centre) {
+HS_INLINE void answer(const Answers* answers, const Casters* casters, uint pixel, float seen, bool negative,
+                      const v_short* counts, int centre) {
   if (negative) atomic_inc(&answers->status->negative_count);
   answers->visibility[pixel] = seen;
   if (casters->disc.tinted)
@@ -142,7 +142,8 @@ HS_INLINE void forget_walks(Workspace* w, int count) {
 void find_cutting(const Casters* casters, const Region* region, uint tile, CuttingFaces* cutting) {
   const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
   cutting->count = 0;
-  cutting->complete = !bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity);
+  cutting->complete =
+      !bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity);
   if (!cutting->complete) return;
   for (uint i = casters->triangle_offsets[tile]; i < casters->triangle_offsets[tile + 1]; ++i) {
     const uint triangle = casters->triangle_refs[i];
@@ -169,11 +170,12 @@ void find_cutting(const Casters* casters, const Region* region, uint tile, Cutti
 }
 
 // Answers a group by one walk and what changes from there. False, and nothing done, where walks are cheaper or have to decide.
-bool answer_group(const Casters* casters, Workspace* w, const Region* region, int list_first, int list_count, int first, int count,
-                  uint tile, const Answers* answers) {
+bool answer_group(const Casters* casters, Workspace* w, const Region* region, int list_first, int list_count, int first,
+                  int count, uint tile, const Answers* answers) {
   Sweep* sweep = &w->sweep;
   const int n = (int)casters->disc.sample_count;
-  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, HS_MOST_PAIRS(list_count, count), sweep))
+  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, HS_MOST_PAIRS(list_count, count),
+                  sweep))
     return false;
   sweep->count = count;
   for (int i = 0; i < (count + HS_LANES - 1) / HS_LANES * HS_LANES; ++i) {
@@ -230,8 +232,8 @@ int list_edges(const Casters* casters, const TileEdges* tile_edges, const Region
   return count;
 }
 
-// Answers a batch: in halves, until the edges of a half have room in the list and one receiver can answer for all, or there is too
-// little to share.
+// Answers a batch: in halves, until the edges of a half have room in the list and one receiver can answer for all, or there is
+// too little to share.
 void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint tile, const TileEdges* tile_edges,
                   const Answers* answers) {
   struct {
@@ -274,8 +276,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
       }
     } else {
       const int behind = list_first + (list_count + HS_LANES - 1) / HS_LANES * HS_LANES;
-      if (list_count > 0 && (count * HS_NARROW_AGAIN <= narrowed_for) &&
-          behind + list_count + HS_LANES <= HS_POOL) {
+      if (list_count > 0 && (count * HS_NARROW_AGAIN <= narrowed_for) && behind + list_count + HS_LANES <= HS_POOL) {
         list_count = narrow_list(casters->view, casters->disc.radius_px, &region, &w->pool, list_first, list_count, behind);
         list_first = behind;
         narrowed_for = count;
@@ -284,7 +285,8 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     if (listed && count <= HS_GROUP) {
       bool share = false;
 #if HS_LANES == 16
-      share = !casters->disc.ball && !casters->disc.rotated && count >= HS_LEAST_GROUP && list_count > 0;
+      share = casters->disc.radius > 0.0f && !casters->disc.ball && !casters->disc.rotated && count >= HS_LEAST_GROUP &&
+              list_count > 0;
       if (share && answer_group(casters, w, &region, list_first, list_count, first, count, tile, answers)) continue;
 #endif
       if (!share || count < 2 * HS_LEAST_GROUP || count * list_count < HS_LITTLE_WORK || waiting + 2 > HS_MOST_PARTS) {
@@ -315,13 +317,13 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                             __global const float* depth_or_position, __global const float4* normal,
                             __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
-                            __global const ushort* rank_table, __global const float* weights,
-                            __global const float* cell_xy, __global const ushort* cells, __global float4* tints,
-                            const uint tint_plane, __global const HsBlock* blocks, const uint slot_count,
-                            __global const ushort4* rects, __global const uint* triangle_offsets,
-                            __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
-                            __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
-                            __global const uchar* disc_sides, __global const uint* receiver_offsets, __global const uint* receiver_ends,
+                            __global const ushort* rank_table, __global const float* weights, __global const float* cell_xy,
+                            __global const ushort* cells, __global float4* tints, const uint tint_plane,
+                            __global const HsBlock* blocks, const uint slot_count, __global const ushort4* rects,
+                            __global const uint* triangle_offsets, __global const uint* triangle_refs,
+                            const uint triangle_capacity, __global const uint* triangles, __global const float4* vertices_ls,
+                            __global const int4* vertices_px, __global const float4* planes, __global const uchar* disc_sides,
+                            __global const uint* receiver_offsets, __global const uint* receiver_ends,
                             __global const uint* listed, __global int* queue, __global float* visibility, const uint plane,
                             __global HsStatus* status) {
   const uint tile_count = light.tiles_x * light.tiles_y;

@@ -259,6 +259,74 @@ TEST_P(ExactTest, AgreesWithRaysOnTheSameSamples) {
     }
 }
 
+/// A bumpy ball of `around` x `around` / 2 faces, closed.
+SceneMesh bumpy_ball(unsigned around, const glm::dvec3& at, double radius) {
+  const unsigned rings = around / 2;
+  std::vector<glm::dvec3> corners = {{0, 1, 0}};
+  for (unsigned ring = 1; ring < rings; ++ring)
+    for (unsigned i = 0; i < around; ++i) {
+      const double polar = M_PI * ring / rings, turn = 2 * M_PI * i / around;
+      const double r = 1 + 0.15 * std::sin(6 * turn) * std::sin(5 * polar);
+      corners.emplace_back(r * std::sin(polar) * std::cos(turn), r * std::cos(polar), r * std::sin(polar) * std::sin(turn));
+    }
+  corners.emplace_back(0, -1, 0);
+  const auto corner = [&](unsigned ring, unsigned i) {
+    if (ring == 0) return 0u;
+    if (ring == rings) return static_cast<unsigned>(corners.size()) - 1;
+    return 1 + (ring - 1) * around + i % around;
+  };
+  std::vector<glm::uvec3> triangles;
+  for (unsigned ring = 0; ring < rings; ++ring)
+    for (unsigned i = 0; i < around; ++i) {
+      if (ring > 0) triangles.emplace_back(corner(ring, i), corner(ring, i + 1), corner(ring + 1, i));
+      if (ring + 1 < rings) triangles.emplace_back(corner(ring, i + 1), corner(ring + 1, i + 1), corner(ring + 1, i));
+    }
+  return placed("ball", std::make_shared<Mesh>(make_mesh("ball", corners, triangles)), at, glm::dvec3(radius));
+}
+
+/// Many short edges, over a floor and over themselves, before a light that the planes of many faces cut.
+Scene balls_and_boxes(std::mt19937& random, double light_radius) {
+  Scene scene = random_boxes(random, {160, 128});
+  scene.meshes.push_back(bumpy_ball(64, {0.2, 0.9, 0.1}, 0.7));
+  scene.lights[0].radius = light_radius;
+  return scene;
+}
+
+TEST(Exact, NeighboursAreToldWhatTheyWouldHaveFoundThemselves) {
+  // On CPU devices one receiver of a group walks over the edges and the others learn from it; on GPU devices each walks alone.
+  std::mt19937 random(17);
+  for (const double light_radius : {0.3, 1.5}) {
+    for (const double height : {1.0, 0.35}) {
+      Scene scene = balls_and_boxes(random, light_radius);
+      scene.lights[0].position.y *= height;
+      const Drawn together = draw(KernelRunner("wide"), scene, exact(256)),
+                  alone = draw(KernelRunner("narrow"), scene, exact(256));
+      std::size_t partly = 0, differing = 0;
+      for (std::size_t i = 0; i < alone.frame.depth.size(); ++i) {
+        const float seen = together.frame.visibility[0][i];
+        partly += seen > 0.0f && seen < 1.0f;
+        differing += seen != alone.frame.visibility[0][i];
+      }
+      EXPECT_GT(partly, 500u);
+      EXPECT_LE(differing, 2u) << light_radius << ", " << height;
+      EXPECT_EQ(together.stats.lights[0].negative_pixels, 0u);
+    }
+  }
+}
+
+TEST(Exact, NeighboursAreToldTheColourToo) {
+  std::mt19937 random(19);
+  Scene scene = balls_and_boxes(random, 0.0);
+  scene.lights[0].shape = LightShape::rectangle;
+  scene.lights[0].size = {1.5, 1.0};
+  scene.lights[0].texture = std::make_shared<LightTexture>(LightTexture{"test", {2, 1}, {{2, 0, 0}, {0, 0, 6}}});
+  const Frame together = draw(KernelRunner("wide"), scene, exact(256)).frame,
+              alone = draw(KernelRunner("narrow"), scene, exact(256)).frame;
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < alone.depth.size(); ++i) differing += glm::distance(together.rgb[i], alone.rgb[i]) > 1e-5f;
+  EXPECT_LE(differing, 2u);
+}
+
 TEST_P(ExactTest, MoreSamplesBringItNearerToTheTruth) {
   std::mt19937 random(11);
   Scene scene = random_boxes(random, {96, 80});
