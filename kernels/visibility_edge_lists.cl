@@ -4,8 +4,8 @@
 // HS_BATCH receivers of a tile share one list of at most HS_LISTED edges; what is narrowed from it for fewer of them lies behind
 // it, HS_POOL edges in all. At most HS_GROUP receivers are counted together.
 #if HS_LANES == 16
-#define HS_GROUP 64
-#define HS_BATCH 1024
+#define HS_GROUP 128
+#define HS_BATCH 2048
 #define HS_LISTED 8192
 #define HS_POOL (3 * HS_LISTED)
 #else

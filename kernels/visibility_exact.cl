@@ -1,10 +1,10 @@
 // Method exact: which samples of the light each listed receiver sees.
 
 #if HS_LANES == 16
-// Tried; see kernels/README.md.
+// Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
 #define HS_LITTLE_WORK 65536
-#define HS_MOST_PAIRS(edges, receivers) (8 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
+#define HS_MOST_PAIRS(edges, receivers) (4 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
 #define HS_NARROW_AGAIN 4
 #define HS_MOST_PARTS 64
 #else

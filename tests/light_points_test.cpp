@@ -66,6 +66,27 @@ TEST(LightPoints, HaveWeightsThatAreOneOnAverageInEachChannel) {
   EXPECT_EQ(sum.b, 0.0);  // it has no blue
 }
 
+TEST(LightPoints, LieInTheirCells) {
+  for (const unsigned n : {16u, 64u, 256u, 1024u}) {
+    const SampleTable table = sample_table(light_points(rectangle({2, 1}, {1, 1}, {{1, 1, 1}}), n));
+    const unsigned across = table.cells_across, cells = across * across;
+    ASSERT_EQ(table.cells.size(), cells + 1 + n);
+    EXPECT_EQ(table.cells[cells], n);
+    std::vector<unsigned> met(n, 0);
+    for (unsigned cell = 0; cell < cells; ++cell)
+      for (unsigned i = table.cells[cell]; i < table.cells[cell + 1]; ++i) {
+        const unsigned sample = table.cells[cells + 1 + i];
+        ++met[sample];
+        const float x = table.cell_xy[i], y = table.cell_xy[table.cell_xy.size() / 2 + i];
+        EXPECT_EQ(x, table.samples[sample]);
+        EXPECT_EQ(y, table.samples[n + sample]);
+        EXPECT_EQ(static_cast<unsigned>((x + 1) / 2 * static_cast<float>(across)), cell % across);
+        EXPECT_EQ(static_cast<unsigned>((y + 1) / 2 * static_cast<float>(across)), cell / across);
+      }
+    EXPECT_EQ(met, std::vector<unsigned>(n, 1));
+  }
+}
+
 TEST(LightPoints, KeepTheirWeightsWhenSorted) {
   const Light light = rectangle({2, 1}, {2, 1}, {{1, 0, 0}, {0, 0, 1}});
   const SampleTable table = sample_table(light_points(light, 64));
