@@ -90,7 +90,8 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
   }
 }
 
-HS_INLINE Region region_of(const Batch* batch, int first, int end) {
+// Not returned: what a returned struct brings with it when it is inlined is unknown to Oclgrind 21.10.
+HS_INLINE void bound_region(const Batch* batch, int first, int end, Region* region) {
   float3 low = (float3)(1e30f), high = (float3)(-1e30f);
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
   for (int i = first; i < end; ++i) {
@@ -101,9 +102,12 @@ HS_INLINE Region region_of(const Batch* batch, int first, int end) {
     low_px = fmin(low_px, px);
     high_px = fmax(high_px, px);
   }
-  const Region region = {0.5f * (low + high), 0.5f * (high - low), 0.5f * (low_px + high_px), 0.5f * (high_px - low_px), high.z,
-                         1.0f / high.z};
-  return region;
+  region->middle = 0.5f * (low + high);
+  region->half_size = 0.5f * (high - low);
+  region->middle_px = 0.5f * (low_px + high_px);
+  region->half_px = 0.5f * (high_px - low_px);
+  region->far_z = high.z;
+  region->d_far = 1.0f / high.z;
 }
 
 // The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.

@@ -126,10 +126,12 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const uint centre_bits = lane_bits(passes_centre), reach_bits = lane_bits(reaches);
     if ((centre_bits | reach_bits) == 0) continue;
 
-    const vint cx0 = clamp(v_int((lx + radius) * cells_per_unit), 0, grid - 1),
-               cx1 = clamp(v_int((hx + radius) * cells_per_unit), 0, grid - 1);
-    const vint cy0 = clamp(v_int((ly + radius) * cells_per_unit), 0, grid - 1),
-               cy1 = clamp(v_int((hy + radius) * cells_per_unit), 0, grid - 1);
+    // As numbers that may be too large for integers, first.
+    const vfloat none = (vfloat)(0.0f), last = (vfloat)((float)(grid - 1));
+    const vint cx0 = v_int(fmin(fmax((lx + radius) * cells_per_unit, none), last)),
+               cx1 = v_int(fmin(fmax((hx + radius) * cells_per_unit, none), last)),
+               cy0 = v_int(fmin(fmax((ly + radius) * cells_per_unit, none), last)),
+               cy1 = v_int(fmin(fmax((hy + radius) * cells_per_unit, none), last));
     for (uint bits = centre_bits | reach_bits; bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits), edge = i + lane - first;
       if ((centre_bits >> lane & 1) && !add_pair(sweep, edge, 0)) return false;
@@ -179,10 +181,11 @@ HS_INLINE float3 cross3(float3 a, float3 b) {
   return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-// How `list`'s edge i is seen by each of a vector of receivers.
-HS_INLINE ProjectedEdge edge_before(const EdgePool* list, int i, vfloat px, vfloat py, vfloat pz) {
-  return project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
-                      (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
+// How `list`'s edge i is seen by each of a vector of receivers. Not returned: what a returned struct brings with it when it is
+// inlined is unknown to Oclgrind 21.10.
+HS_INLINE void project_before(const EdgePool* list, int i, vfloat px, vfloat py, vfloat pz, ProjectedEdge* e) {
+  *e = project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
+                    (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
 }
 
 // Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
@@ -196,8 +199,9 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
     vfloat exs[HS_GROUP_VECTORS], eys[HS_GROUP_VECTORS], cs[HS_GROUP_VECTORS];
     vint unseen[HS_GROUP_VECTORS];
     for (int v = 0; v < vectors; ++v) {
-      const ProjectedEdge e =
-          edge_before(list, i, v_load(sweep->x + v * HS_LANES), v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES));
+      ProjectedEdge e;
+      project_before(list, i, v_load(sweep->x + v * HS_LANES), v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES),
+                     &e);
       distance2_of(&e, &cs[v]);
       exs[v] = (e.bx - e.ax) * disc.radius;
       eys[v] = (e.by - e.ay) * disc.radius;
@@ -312,7 +316,8 @@ void find_near(const HsDisc disc, const EdgePool* list, int first, Sweep* sweep)
       const vint front0 = list->n0x[i] * px + list->n0y[i] * py + list->n0z[i] * pz >= list->n0w[i];
       const vint front1 = list->n1x[i] * px + list->n1y[i] * py + list->n1z[i] * pz >= list->n1w[i];
       const vint m = list->m[i] + v_select((vint)(-o0), (vint)(o0), front0) + v_select((vint)(-o1), (vint)(o1), front1);
-      const ProjectedEdge e = edge_before(list, i, px, py, pz);
+      ProjectedEdge e;
+      project_before(list, i, px, py, pz, &e);
       vfloat c;
       near |= (m != 0) & e.seen & passes_near(disc, &e, distance2_of(&e, &c), pz);
     }

@@ -242,7 +242,8 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     int narrowed_for;            // receivers
   } parts[HS_MOST_PARTS];
 #if HS_LANES == 16
-  const Region whole = region_of(&w->batch, 0, batch_count);
+  Region whole;
+  bound_region(&w->batch, 0, batch_count, &whole);
   find_cutting(casters, &whole, tile, &w->cutting);
 #endif
   parts[0].first = parts[0].list_first = 0;
@@ -253,7 +254,8 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     const int first = parts[waiting].first, count = parts[waiting].count;
     int list_first = parts[waiting].list_first, list_count = parts[waiting].list_count,
         narrowed_for = parts[waiting].narrowed_for;
-    const Region region = region_of(&w->batch, first, first + count);
+    Region region;
+    bound_region(&w->batch, first, first + count, &region);
     bool listed = list_count >= 0;
     if (!listed) {
       uint from = tile_edges->first;

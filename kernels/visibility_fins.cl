@@ -308,7 +308,7 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
           chosen |= same;
           atomic_inc(&tile_counts[tile]);
           const int far = -v_min(v_select((vint)(0), -v_as_int(r.z), same));
-          if (far > tile_far[tile]) atomic_max(&tile_far[tile], far);
+          atomic_max(&tile_far[tile], far);
         }
       }
       if (v_any(chosen)) {
@@ -369,22 +369,20 @@ typedef struct {
   vint x, y;         // the footprint's first texel in the tile
 } TileRun;
 
-HS_INLINE TileRun load_run(const HsView light, const HsReceiverView view, int2 tile_px, uint begins,
-                           __global const float* depth_or_position, __global const uint* receiver_words) {
-  TileRun run;
+HS_INLINE void load_run(const HsView light, const HsReceiverView view, int2 tile_px, uint begins,
+                        __global const float* depth_or_position, __global const uint* receiver_words, TileRun* run) {
   const int px = (int)(begins & ((1u << HS_RUN_Y_SHIFT) - 1u)), py = (int)(begins >> HS_RUN_Y_SHIFT);
-  run.pixel = HS_PIXEL;
-  run.valid = min(HS_LANES, (int)view.width_px - px);
-  run.words = v_as_int(load_lanes((__global const float*)receiver_words, run.pixel, run.valid));
-  run.mine = ((run.words & HS_WORD_TILE) == (int)get_group_id(0) + 1) & (v_iota < run.valid);
-  const PixelPlace p = place_pixels(light, view, px, py, run.valid, depth_or_position);
+  run->pixel = HS_PIXEL;
+  run->valid = min(HS_LANES, (int)view.width_px - px);
+  run->words = v_as_int(load_lanes((__global const float*)receiver_words, run->pixel, run->valid));
+  run->mine = ((run->words & HS_WORD_TILE) == (int)get_group_id(0) + 1) & (v_iota < run->valid);
+  const PixelPlace p = place_pixels(light, view, px, py, run->valid, depth_or_position);
   const Footprint f = footprint_at(light, p.u, p.v);
-  run.d = p.d;
-  run.s = f.s;
-  run.t = f.t;
-  run.x = clamp(f.x - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
-  run.y = clamp(f.y - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
-  return run;
+  run->d = p.d;
+  run->s = f.s;
+  run->t = f.t;
+  run->x = clamp(f.x - tile_px.x, (vint)(0), (vint)(HS_TILE - 2));
+  run->y = clamp(f.y - tile_px.y, (vint)(0), (vint)(HS_TILE - 2));
 }
 
 // Whether a footprint of the run lies in one of the cells.
@@ -396,17 +394,16 @@ HS_INLINE bool meets_cells(const TileRun* run, uint cells) {
   return v_any(run->mine & ((its & (int)cells) != 0));
 }
 
-HS_INLINE TileReceiver tile_receiver(const TileRun* run) {
-  TileReceiver r;
-  r.mine = run->mine;
-  r.d = run->d;
-  r.texel = run->y * HS_TILE + run->x;
-  r.w[0] = (1.0f - run->s) * (1.0f - run->t);
-  r.w[1] = run->s * (1.0f - run->t);
-  r.w[2] = (1.0f - run->s) * run->t;
-  r.w[3] = run->s * run->t;
-  for (int k = 0; k < 4; ++k) r.lit[k] = (run->words & (1 << (HS_LIT_SHIFT + k))) != 0;
-  return r;
+// Not returned: what a returned array brings with it when it is inlined is unknown to Oclgrind 21.10. So below, too.
+HS_INLINE void tile_receiver(const TileRun* run, TileReceiver* r) {
+  r->mine = run->mine;
+  r->d = run->d;
+  r->texel = run->y * HS_TILE + run->x;
+  r->w[0] = (1.0f - run->s) * (1.0f - run->t);
+  r->w[1] = run->s * (1.0f - run->t);
+  r->w[2] = (1.0f - run->s) * run->t;
+  r->w[3] = run->s * run->t;
+  for (int k = 0; k < 4; ++k) r->lit[k] = (run->words & (1 << (HS_LIT_SHIFT + k))) != 0;
 }
 
 // What the texels of a footprint hold in one array.
@@ -414,7 +411,6 @@ typedef struct {
   vfloat v[4];
 } TileTaps;
 
-// Not returned: what a returned array brings with it when it is inlined is unknown to Oclgrind 21.10. So below, too.
 HS_INLINE void tile_taps(HS_SHARED const float* values, vint texel, TileTaps* t) {
   v_tile_pair(values, texel, &t->v[0], &t->v[1]);
   v_tile_pair(values, texel + HS_TILE, &t->v[2], &t->v[3]);
@@ -724,9 +720,11 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
 #endif
     if (cells != 0) {
       HS_FOR_LISTED(slot) {
-        const TileRun run = load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words);
+        TileRun run;
+        load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, &run);
         if (!meets_cells(&run, cells)) continue;
-        const TileReceiver r = tile_receiver(&run);
+        TileReceiver r;
+        tile_receiver(&run, &r);
         FinTaps taps;
         load_fins(&fins, &r, varied, &taps);
         if (single) {
@@ -749,9 +747,11 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
   HS_TILE_BARRIER();
   if (!single) {
     HS_FOR_LISTED(slot) {
-      const TileRun run = load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words);
+      TileRun run;
+      load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, &run);
       if (!meets_cells(&run, reached)) continue;
-      const TileReceiver r = tile_receiver(&run);
+      TileReceiver r;
+      tile_receiver(&run, &r);
       Illuminance seen;
       load_illuminance(&run, states, pixels, &seen);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);

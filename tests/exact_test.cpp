@@ -295,7 +295,7 @@ Scene balls_and_boxes(std::mt19937& random, double light_radius) {
 TEST(Exact, NeighboursAreToldWhatTheyWouldHaveFoundThemselves) {
   // On CPU devices one receiver of a group walks over the edges and the others learn from it; on GPU devices each walks alone.
   std::mt19937 random(17);
-  for (const double light_radius : {0.3, 1.5}) {
+  for (const double light_radius : {0.002, 0.3, 1.5}) {
     for (const double height : {1.0, 0.35}) {
       Scene scene = balls_and_boxes(random, light_radius);
       scene.lights[0].position.y *= height;
@@ -307,7 +307,7 @@ TEST(Exact, NeighboursAreToldWhatTheyWouldHaveFoundThemselves) {
         partly += seen > 0.0f && seen < 1.0f;
         differing += seen != alone.frame.visibility[0][i];
       }
-      EXPECT_GT(partly, 500u);
+      EXPECT_GT(partly, light_radius > 0.1 ? 500u : 5u);
       EXPECT_LE(differing, 2u) << light_radius << ", " << height;
       EXPECT_EQ(together.stats.lights[0].negative_pixels, 0u);
     }
