@@ -1,5 +1,5 @@
 // Which edges a group of neighbouring receivers may have before its disc, for visibility_exact.cl: from the tile's list to a
-// batch's, from that to a chunk's.
+// batch's, from that to those of ever fewer of its receivers.
 
 // HS_BATCH receivers of a tile share one list of at most HS_LISTED edges; what is narrowed from it for fewer of them lies behind
 // it, HS_POOL edges in all. At most HS_GROUP receivers are counted together.

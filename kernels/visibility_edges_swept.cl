@@ -1,23 +1,24 @@
 // What a group of neighbouring receivers sees, from what one of them sees, for visibility_exact.cl.
 //
-// Let p go straight from the group's first receiver p0 to another. For a sample s, W(s) = D(s) - D(c), which the walk over the
-// edges counts, changes only where a silhouette passes over s or c. Most samples are passed by none, and then hold for the whole
-// group what was counted for p0. The others change by a piece of classical shadow volumes (Crow 1977): the edges A -> B whose
-// shadow quad, seen from s, the way from p0 to p crosses, each by its multiplicity:
+// Let p go straight from the group's first receiver p0 to another. D(s) changes only where a silhouette passes over the sample s,
+// or where p goes through a face. Most samples are passed by none, and then hold for the whole group what was counted for p0. The
+// others change by a piece of classical shadow volumes (Crow 1977): the edges A -> B whose shadow quad, seen from s, the way from
+// p0 to p crosses, each by its multiplicity:
 //
-//   W_p(s) = W_p0(s) + J(s) - J(c),    J(s) = sum of m_s(e) (s left of e as p sees it) - (s left of e as p0 sees it)
-//            over edges whose ends lie on different sides of the plane through s, p0 and p, and that meet it before the way does
+//   D_p(s) = D_p0(s) + J(s) + F(s)
+//   J(s) = sum of m_s(e) (s left of e as p sees it) - (s left of e as p0 sees it)
+//          over edges whose ends lie on different sides of the plane through s, p0 and p, and that meet it before the way does
+//   F(s) = sum over faces that the way goes through of +1 where s is on p0's side of them, -1 where it is on p's
 //
-// and, where the way goes through a face f whose plane has s and c on different sides, 2 or -2 for that. The side of s is the
-// very expression that the walk over the edges decides by, and which side of that plane a vertex lies on is decided for the
-// vertex, whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets the way itself
-// leaves the group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
+// The side of s is the very expression that the walk over the edges decides by, and which side of that plane a vertex lies on is
+// decided for the vertex, whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets
+// the way itself leaves the group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
 
 #if HS_LANES == 16
 #define HS_PAIRS 4096
-#define HS_SLOTS 257  // the centre's and of as many samples as may change
+#define HS_SLOTS 256
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
-#define HS_CUTTING 2048
+#define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
 
 typedef struct {
@@ -25,23 +26,23 @@ typedef struct {
   int count;
   ushort pair_edge[HS_PAIRS], pair_slot[HS_PAIRS];  // edges, ascending, and the samples that they may pass over
   int pair_count;
-  ushort near_edge[HS_LISTED];  // edges that may pass near the centre
-  int near_count;
-  ushort slot_of[HS_MAX_SAMPLES], sample_of[HS_SLOTS];  // slot 0 is the centre's
+  ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
+  ushort sample_of[HS_SLOTS];
   int slot_count;
-  short jumps[HS_SLOTS * HS_GROUP];
-  int near[HS_GROUP];
-  uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through, twice the number + 1 if c lies before
-  int crossed_count[HS_GROUP];
+  short jumps[HS_SLOTS * HS_GROUP];     // J
+  short depth[HS_GROUP];                // F for the light's centre
+  uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
+  int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
 } Sweep;
 
-// Triangles near a batch whose planes cut the disc, by their bounds in light space.
+// Triangles near some receivers, by their bounds in light space.
 typedef struct {
-  float low_x[HS_CUTTING], low_y[HS_CUTTING], low_z[HS_CUTTING], high_x[HS_CUTTING], high_y[HS_CUTTING], high_z[HS_CUTTING];
-  uint triangle[HS_CUTTING];
+  float low_x[HS_NEAR_FACES], low_y[HS_NEAR_FACES], low_z[HS_NEAR_FACES];
+  float high_x[HS_NEAR_FACES], high_y[HS_NEAR_FACES], high_z[HS_NEAR_FACES];
+  uint triangle[HS_NEAR_FACES];
   int count;
-  bool complete;
-} CuttingFaces;
+  int first, end;  // the receivers, in their batch; none where there are too many triangles
+} NearFaces;
 
 // Bounds of a coordinate of an edge's end as receivers at low_p .. high_p see it: a + (a - p) t.
 HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float high_p, vfloat low_t, vfloat high_t, float slack,
@@ -71,8 +72,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   const float radius = disc.radius, slack = radius * 4e-6f, cells_per_unit = 0.5f * (float)grid / radius;
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
-  sweep->pair_count = sweep->near_count = 0;
-  sweep->slot_count = 1;
+  sweep->pair_count = sweep->slot_count = 0;
   for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
   most = min(most, HS_PAIRS);
   for (int i = first; i < first + count; i += HS_LANES) {
@@ -114,17 +114,8 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
     const vint reaches =
         is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
-    // As passes_near.
-    const vfloat far_z = fmax(az, bz);
-    const vfloat near = v_select(disc.near_q * far_z * high_p.z / (low_p.z - far_z), (vfloat)(1e18f), cut);
-    const vint passes_centre = is_edge & (lx <= 0.0f) & (hx >= 0.0f) & (ly <= 0.0f) & (hy >= 0.0f) & (fabs(c) <= half_band);
-    const vint comes_near =
-        is_edge & (lx <= near) & (hx >= -near) & (ly <= near) & (hy >= -near) & (fabs(c) <= half_band + near * length);
-    const uint near_bits = lane_bits(comes_near);
-    for (uint bits = near_bits; bits != 0; bits &= bits - 1)
-      sweep->near_edge[sweep->near_count++] = (ushort)(i + 31 - (int)clz(bits & -bits) - first);
-    const uint centre_bits = lane_bits(passes_centre), reach_bits = lane_bits(reaches);
-    if ((centre_bits | reach_bits) == 0) continue;
+    const uint reach_bits = lane_bits(reaches);
+    if (reach_bits == 0) continue;
 
     // As numbers that may be too large for integers, first.
     const vfloat none = (vfloat)(0.0f), last = (vfloat)((float)(grid - 1));
@@ -132,10 +123,8 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
                cx1 = v_int(fmin(fmax((hx + radius) * cells_per_unit, none), last)),
                cy0 = v_int(fmin(fmax((ly + radius) * cells_per_unit, none), last)),
                cy1 = v_int(fmin(fmax((hy + radius) * cells_per_unit, none), last));
-    for (uint bits = centre_bits | reach_bits; bits != 0; bits &= bits - 1) {
+    for (uint bits = reach_bits; bits != 0; bits &= bits - 1) {
       const int lane = 31 - (int)clz(bits & -bits), edge = i + lane - first;
-      if ((centre_bits >> lane & 1) && !add_pair(sweep, edge, 0)) return false;
-      if (!(reach_bits >> lane & 1)) continue;
       const float lane_lx = HS_FLOAT_LANE(lx, lane), lane_hx = HS_FLOAT_LANE(hx, lane), lane_ly = HS_FLOAT_LANE(ly, lane),
                   lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
                   lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane),
@@ -159,15 +148,12 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
           }
           for (uint swept_bits = lane_bits(swept); swept_bits != 0; swept_bits &= swept_bits - 1) {
             const int sample = cell_sample[k + 31 - (int)clz(swept_bits & -swept_bits)];
-            int slot = sweep->slot_of[sample];
-            if (slot == 0) {
-              slot = sweep->slot_count;
-              if (slot == HS_SLOTS) return false;
-              sweep->slot_of[sample] = (ushort)slot;
-              sweep->sample_of[slot] = (ushort)sample;
-              ++sweep->slot_count;
+            if (sweep->slot_of[sample] == 0) {
+              if (sweep->slot_count == HS_SLOTS) return false;
+              sweep->sample_of[sweep->slot_count] = (ushort)sample;
+              sweep->slot_of[sample] = (ushort)++sweep->slot_count;
             }
-            if (!add_pair(sweep, edge, slot)) return false;
+            if (!add_pair(sweep, edge, sweep->slot_of[sample] - 1)) return false;
           }
         }
       }
@@ -209,8 +195,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
     }
     for (; pair < sweep->pair_count && sweep->pair_edge[pair] == edge; ++pair) {
       const int slot = sweep->pair_slot[pair];
-      float3 s = (float3)(0.0f);
-      if (slot > 0) s.xy = (float2)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]]);
+      const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
       const float3 s_ls = s * disc.radius;
       // The receiver that the edge passes by lies on the other side of its faces' planes.
       const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
@@ -222,11 +207,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
       for (int v = 0; v < vectors; ++v) {
         const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                      pz = v_load(sweep->z + v * HS_LANES);
-        if (slot == 0)
-          left[v] = left_of_centre(map_x((vfloat)(a.x), (vfloat)(a.z), px, pz), map_x((vfloat)(a.y), (vfloat)(a.z), py, pz),
-                                   map_x((vfloat)(b.x), (vfloat)(b.z), px, pz), map_x((vfloat)(b.y), (vfloat)(b.z), py, pz));
-        else
-          left[v] = s.x * eys[v] - s.y * exs[v] <= cs[v];
+        left[v] = s.x * eys[v] - s.y * exs[v] <= cs[v];
         if (v_any(unseen[v]))
           left[v] = v_select(left[v], n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z) > 0.0f, unseen[v]);
       }
@@ -265,28 +246,28 @@ HS_INLINE vint passes_left(float3 p0, vfloat dx, vfloat dy, vfloat dz, float3 a,
   return reversed ? v_not(left) : left;
 }
 
-// Finds the faces of `cutting` that the way from the group's first receiver to each other goes through. False if there are too
-// many.
-bool find_crossed(const Region* region, const CuttingFaces* cutting, __global const uint* triangles,
-                  __global const float4* vertices_ls, __global const float4* planes, Sweep* sweep) {
-  if (!cutting->complete) return false;
+// Finds F: the faces that the way from the group's first receiver to each other goes through. False if there are too many.
+bool find_crossed(const Region* region, const NearFaces* faces, __global const uint* triangles,
+                  __global const float4* vertices_ls, __global const float4* planes, __global const uchar* disc_sides,
+                  Sweep* sweep) {
   const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  for (int i = 0; i < HS_GROUP; ++i) sweep->crossed_count[i] = 0;
-  for (int k = 0; k < cutting->count; k += HS_LANES) {
-    const vint meets = (v_iota < cutting->count - k) & (v_load(cutting->low_x + k) <= high.x) &
-                       (v_load(cutting->high_x + k) >= low.x) & (v_load(cutting->low_y + k) <= high.y) &
-                       (v_load(cutting->high_y + k) >= low.y) & (v_load(cutting->low_z + k) <= high.z) &
-                       (v_load(cutting->high_z + k) >= low.z);
+  for (int i = 0; i < HS_GROUP; ++i) sweep->crossed_count[i] = sweep->depth[i] = 0;
+  for (int k = 0; k < faces->count; k += HS_LANES) {
+    const vint meets = (v_iota < faces->count - k) & (v_load(faces->low_x + k) <= high.x) & (v_load(faces->high_x + k) >= low.x) &
+                       (v_load(faces->low_y + k) <= high.y) & (v_load(faces->high_y + k) >= low.y) &
+                       (v_load(faces->low_z + k) <= high.z) & (v_load(faces->high_z + k) >= low.z);
     for (uint bits = lane_bits(meets); bits != 0; bits &= bits - 1) {
-      const uint triangle = cutting->triangle[k + 31 - (int)clz(bits & -bits)];
+      const uint triangle = faces->triangle[k + 31 - (int)clz(bits & -bits)];
       const uint3 corner = vload3(triangle, triangles);
       const float4 f = planes[triangle];
       const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
-      const bool front0 = f.x * p0.x + f.y * p0.y + f.z * p0.z >= f.w;
+      // From a corner: what is decided near the face has to be right, and not only the same whoever asks.
+      const bool front0 = f.x * (p0.x - a.x) + f.y * (p0.y - a.y) + f.z * (p0.z - a.z) >= 0.0f, centre_front = 0.0f >= f.w;
+      const bool cuts = disc_sides[triangle] == 2;
       for (int v = 0; v < sweep->count; v += HS_LANES) {
         const vfloat px = v_load(sweep->x + v), py = v_load(sweep->y + v), pz = v_load(sweep->z + v);
-        const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
+        const vint front = f.x * (px - a.x) + f.y * (py - a.y) + f.z * (pz - a.z) >= 0.0f;
         vint through = front0 ? v_not(front) : front;
         if (!v_any(through)) continue;
         const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
@@ -296,8 +277,10 @@ bool find_crossed(const Region* region, const CuttingFaces* cutting, __global co
         through &= v_not(ab ^ bc) & v_not(bc ^ ca);
         for (uint lanes = lane_bits(through); lanes != 0; lanes &= lanes - 1) {
           const int i = v + 31 - (int)clz(lanes & -lanes);
+          sweep->depth[i] += centre_front == front0 ? 1 : -1;
+          if (!cuts) continue;
           if (sweep->crossed_count[i] == HS_CROSSED) return false;
-          sweep->crossed[i * HS_CROSSED + sweep->crossed_count[i]++] = triangle << 1 | (uint)((0.0f >= f.w) == front0);
+          sweep->crossed[i * HS_CROSSED + sweep->crossed_count[i]++] = triangle << 1 | (uint)(centre_front == front0);
         }
       }
     }
@@ -305,58 +288,23 @@ bool find_crossed(const Region* region, const CuttingFaces* cutting, __global co
   return true;
 }
 
-// Which receivers a silhouette passes so near that the shadow map cannot be asked about the centre.
-void find_near(const HsDisc disc, const EdgePool* list, int first, Sweep* sweep) {
-  const int vectors = (sweep->count + HS_LANES - 1) / HS_LANES;
-  for (int v = 0; v < vectors; ++v) {
-    const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES), pz = v_load(sweep->z + v * HS_LANES);
-    vint near = (vint)(0);
-    for (int k = 0; k < sweep->near_count && !v_all(near); ++k) {
-      const int i = first + sweep->near_edge[k], o0 = list->o0[i], o1 = list->o1[i];
-      const vint front0 = list->n0x[i] * px + list->n0y[i] * py + list->n0z[i] * pz >= list->n0w[i];
-      const vint front1 = list->n1x[i] * px + list->n1y[i] * py + list->n1z[i] * pz >= list->n1w[i];
-      const vint m = list->m[i] + v_select((vint)(-o0), (vint)(o0), front0) + v_select((vint)(-o1), (vint)(o1), front1);
-      ProjectedEdge e;
-      project_before(list, i, px, py, pz, &e);
-      vfloat c;
-      near |= (m != 0) & e.seen & passes_near(disc, &e, distance2_of(&e, &c), pz);
-    }
-    v_store(near, sweep->near + v * HS_LANES);
-  }
-}
-
-// Whether some sample may be seen by a receiver although the centre is hidden from it, which takes W < 0.
-void find_brighter(const HsDisc disc, const Sweep* sweep, const v_short* base, int* brighter) {
-  short16 still = (short16)(0);
-  for (uint k = 0; k < disc.sample_count; k += HS_LANES)
-    still = min(still, select((short16)(0), base[k / HS_LANES], vload16(0, sweep->slot_of + k) == (ushort16)(0)));
-  short still_least = 0;
-  for (int i = 0; i < HS_LANES; ++i) still_least = min(still_least, ((const short*)&still)[i]);
-  for (int i = 0; i < sweep->count; i += HS_LANES) {
-    short16 least = (short16)(still_least);
-    for (int slot = 1; slot < sweep->slot_count; ++slot)
-      least =
-          min(least, vload16(0, sweep->jumps + slot * HS_GROUP + i) + (short16)(((const short*)base)[sweep->sample_of[slot]]));
-    vstore16(convert_int16(least - vload16(0, sweep->jumps + i) < (short16)(0)), 0, brighter + i);
-  }
-}
-
-// The samples that each receiver sees, given how many surfaces hide its centre; negative: whether a count is below 0.
-void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, const int* centre, float* seen, int* negative) {
+// The samples that each receiver sees, but for those with faces in `crossed`; base: D of the first. negative: whether a count is
+// below 0.
+void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, float* seen, int* negative) {
   const int n = (int)disc.sample_count;
   int known_depth = INT_MIN, known_count = 0;
   bool known_negative = false;
   for (int first = 0; first < sweep->count; first += HS_LANES) {
-    const short16 depth = convert_short16(vload16(0, centre + first)) - vload16(0, sweep->jumps + first);
+    const short16 depth = vload16(0, sweep->depth + first);
     short16 count = (short16)(0), below = (short16)(0);
-    for (int slot = 1; slot < sweep->slot_count; ++slot) {
+    for (int slot = 0; slot < sweep->slot_count; ++slot) {
       const short16 sum =
           vload16(0, sweep->jumps + slot * HS_GROUP + first) + (short16)(((const short*)base)[sweep->sample_of[slot]]) + depth;
       count -= sum <= (short16)(0);
       below |= sum < (short16)(0);
     }
     for (int i = 0; i < min(HS_LANES, sweep->count - first); ++i) {
-      const int lane_depth = ((const short*)&depth)[i];
+      const int lane_depth = sweep->depth[first + i];
       if (lane_depth != known_depth) {
         known_depth = lane_depth;
         known_count = 0;
@@ -374,22 +322,22 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, co
   }
 }
 
-// The counts of one of the receivers, sample by sample, as count_crossings has them.
+// D of one of the receivers, sample by sample.
 void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep, const v_short* base,
                      __global const float4* planes, int i, v_short* counts) {
   const int n = (int)disc.sample_count;
-  for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] - (v_short)(sweep->jumps[i]);
-  for (int slot = 1; slot < sweep->slot_count; ++slot)
+  for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] + (v_short)(sweep->depth[i]);
+  for (int slot = 0; slot < sweep->slot_count; ++slot)
     ((short*)counts)[sweep->sample_of[slot]] += sweep->jumps[slot * HS_GROUP + i];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];
-    const vint centre_before = 0.0f >= f.w ? (vint)(-1) : (vint)(0);
-    const short16 change = (crossed & 1) ? (short16)(-2) : (short16)(2);  // 1: the centre is on p0's side
+    const vint centre_front = 0.0f >= f.w ? (vint)(-1) : (vint)(0);
+    const short16 change = (crossed & 1) ? (short16)(-2) : (short16)(2);  // against what `depth` has for the centre
     for (int at = 0; at < n; at += HS_LANES) {
-      const vint before =
+      const vint front =
           v_load(set->samples + at) * (f.x * disc.radius) + v_load(set->samples + n + at) * (f.y * disc.radius) >= f.w;
-      counts[at / HS_LANES] += v_short_of(before ^ centre_before) & change;
+      counts[at / HS_LANES] += v_short_of(front ^ centre_front) & change;
     }
   }
 }

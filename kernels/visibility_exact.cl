@@ -4,7 +4,7 @@
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
 #define HS_LITTLE_WORK 65536
-#define HS_MOST_PAIRS(edges, receivers) (4 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
+#define HS_MOST_PAIRS(edges, receivers) (2 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
 #define HS_NARROW_AGAIN 4
 #define HS_MOST_PARTS 64
 #else
@@ -77,7 +77,7 @@ typedef struct {
 #if HS_LANES == 16
   v_short base[HS_MAX_SAMPLES / HS_LANES];
   Sweep sweep;
-  CuttingFaces cutting;
+  NearFaces faces;
 #endif
 } Workspace;
 
@@ -138,35 +138,31 @@ HS_INLINE void forget_walks(Workspace* w, int count) {
 }
 
 #if HS_LANES == 16
-// Lists the triangles of the tile whose planes cut the disc and that come near the region.
-void find_cutting(const Casters* casters, const Region* region, uint tile, CuttingFaces* cutting) {
+// Lists the triangles of the tile that come near the region of receivers first .. end.
+void find_near_faces(const Casters* casters, const Region* region, uint tile, int first, int end, NearFaces* faces) {
   const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
-  cutting->count = 0;
-  cutting->complete =
-      !bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity);
-  if (!cutting->complete) return;
+  faces->count = faces->first = faces->end = 0;
+  if (bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity)) return;
   for (uint i = casters->triangle_offsets[tile]; i < casters->triangle_offsets[tile + 1]; ++i) {
     const uint triangle = casters->triangle_refs[i];
-    if (casters->disc_sides[triangle] != 2) continue;
     const uint3 corner = vload3(triangle, casters->triangles);
     const float3 a = casters->vertices_ls[corner.x].xyz, b = casters->vertices_ls[corner.y].xyz,
                  c = casters->vertices_ls[corner.z].xyz;
     const float3 least = fmin(a, fmin(b, c)), most = fmax(a, fmax(b, c));
     if (any(least > high) || any(most < low)) continue;
-    const int at = cutting->count;
-    if (at == HS_CUTTING) {
-      cutting->complete = false;
-      return;
-    }
-    cutting->low_x[at] = least.x;
-    cutting->low_y[at] = least.y;
-    cutting->low_z[at] = least.z;
-    cutting->high_x[at] = most.x;
-    cutting->high_y[at] = most.y;
-    cutting->high_z[at] = most.z;
-    cutting->triangle[at] = triangle;
-    ++cutting->count;
+    const int at = faces->count;
+    if (at == HS_NEAR_FACES) return;
+    faces->low_x[at] = least.x;
+    faces->low_y[at] = least.y;
+    faces->low_z[at] = least.z;
+    faces->high_x[at] = most.x;
+    faces->high_y[at] = most.y;
+    faces->high_z[at] = most.z;
+    faces->triangle[at] = triangle;
+    ++faces->count;
   }
+  faces->first = first;
+  faces->end = end;
 }
 
 // Answers a group by one walk and what changes from there. False, and nothing done, where walks are cheaper or have to decide.
@@ -184,30 +180,31 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
     sweep->y[i] = w->batch.y[k];
     sweep->z[i] = w->batch.z[k];
   }
-  if (!find_crossed(region, &w->cutting, casters->triangles, casters->vertices_ls, casters->planes, sweep)) return false;
-  if (!sum_jumps(casters->disc, &casters->set, &w->pool, list_first, sweep)) return false;
-  find_near(casters->disc, &w->pool, list_first, sweep);
+  if (first < w->faces.first || first + count > w->faces.end) {
+    find_near_faces(casters, region, tile, first, first + count, &w->faces);
+    if (w->faces.end == 0) return false;
+  }
+  if (!find_crossed(region, &w->faces, casters->triangles, casters->vertices_ls, casters->planes, casters->disc_sides, sweep) ||
+      !sum_jumps(casters->disc, &casters->set, &w->pool, list_first, sweep))
+    return false;
 
   forget_walks(w, 1);
   walk_edges(casters, w, list_first, list_count, first, 0);
-  for (int k = 0; k < n / HS_LANES; ++k) w->base[k] = w->touched[0] ? w->counts[k] : (v_short)(0);
-  find_brighter(casters->disc, sweep, w->base, w->brighter);
-  for (int i = 0; i < count; ++i) {
-    w->touched[i] = casters->disc.tinted || sweep->crossed_count[i] > 0;
-    if (!w->touched[i]) continue;
-    counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->planes, i, counts_of(w, i));
-    w->brighter[i] = finds_brighter(counts_of(w, i), n);
-  }
-  count_centres(casters, &w->batch, first, count, tile, sweep->near, w->brighter, w->centre);
+  const int brighter = 1;  // than p0 some neighbour may be
+  count_centres(casters, &w->batch, first, 1, tile, w->near, &brighter, w->centre);
+  for (int k = 0; k < n / HS_LANES; ++k)
+    w->base[k] = (w->touched[0] ? w->counts[k] : (v_short)(0)) + (v_short)((short)w->centre[0]);
   float seen[HS_GROUP];
   int negative[HS_GROUP];
-  see_by_sweep(casters->disc, sweep, w->base, w->centre, seen, negative);
+  see_by_sweep(casters->disc, sweep, w->base, seen, negative);
   for (int i = 0; i < count; ++i) {
     const uint pixel = w->batch.pixel[first + i];
-    if (w->touched[i])
-      answer_by_counts(casters, answers, pixel, counts_of(w, i), w->centre[i]);
-    else
-      answer(answers, casters, pixel, seen[i], negative[i], 0, w->centre[i]);
+    if (casters->disc.tinted || sweep->crossed_count[i] > 0) {
+      counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->planes, i, w->counts);
+      answer_by_counts(casters, answers, pixel, w->counts, 0);
+    } else {
+      answer(answers, casters, pixel, seen[i], negative[i], 0, 0);
+    }
   }
   return true;
 }
@@ -244,7 +241,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
 #if HS_LANES == 16
   Region whole;
   bound_region(&w->batch, 0, batch_count, &whole);
-  find_cutting(casters, &whole, tile, &w->cutting);
+  find_near_faces(casters, &whole, tile, 0, batch_count, &w->faces);
 #endif
   parts[0].first = parts[0].list_first = 0;
   parts[0].count = parts[0].narrowed_for = batch_count;

@@ -287,7 +287,8 @@ SceneMesh bumpy_ball(unsigned around, const glm::dvec3& at, double radius) {
 /// Many short edges, over a floor and over themselves, before a light that the planes of many faces cut.
 Scene balls_and_boxes(std::mt19937& random, double light_radius) {
   Scene scene = random_boxes(random, {160, 128});
-  scene.meshes.push_back(bumpy_ball(64, {0.2, 0.9, 0.1}, 0.7));
+  scene.meshes.push_back(bumpy_ball(128, {0.2, 0.9, 0.1}, 0.7));
+  for (int i = 0; i < 6; ++i) scene.meshes.push_back(sheet(-1.2 + 0.4 * i, -0.9 + 0.4 * i, -1.0, 1.2, 0.01 + 0.02 * i));
   scene.lights[0].radius = light_radius;
   return scene;
 }
