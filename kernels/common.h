@@ -136,6 +136,11 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define HS_SLOT(x, y) 0
 #endif
 
+// The first lane of lane_bits that are not 0.
+HS_INLINE int first_lane(uint bits) {
+  return 31 - (int)clz(bits & -bits);
+}
+
 // Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
 // Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.
 #if HS_LANES == 16

@@ -201,7 +201,7 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
                          (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
     keep &= touches | everywhere;
     for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
-      const int lane = 31 - (int)clz(bits & -bits), k = i + lane;
+      const int lane = first_lane(bits), k = i + lane;
       pool->ax[to] = pool->ax[k];
       pool->ay[to] = pool->ay[k];
       pool->az[to] = pool->az[k];
@@ -226,16 +226,24 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
   return to - to_first;
 }
 
-HS_INLINE void swap_receivers(Batch* batch, int i, int k){
-#define HS_SWAP(type, field)           \
-  {                                    \
-    const type t = batch->field[i];    \
-    batch->field[i] = batch->field[k]; \
-    batch->field[k] = t;               \
-  }
-    HS_SWAP(uint, pixel) HS_SWAP(float, x) HS_SWAP(float, y) HS_SWAP(float, z) HS_SWAP(float, u) HS_SWAP(float, v)
-        HS_SWAP(float, plane_d) HS_SWAP(float, plane_dx) HS_SWAP(float, plane_dy)
-#undef HS_SWAP
+HS_INLINE void swap_floats(float* values, int i, int k) {
+  const float value = values[i];
+  values[i] = values[k];
+  values[k] = value;
+}
+
+HS_INLINE void swap_receivers(Batch* batch, int i, int k) {
+  const uint pixel = batch->pixel[i];
+  batch->pixel[i] = batch->pixel[k];
+  batch->pixel[k] = pixel;
+  swap_floats(batch->x, i, k);
+  swap_floats(batch->y, i, k);
+  swap_floats(batch->z, i, k);
+  swap_floats(batch->u, i, k);
+  swap_floats(batch->v, i, k);
+  swap_floats(batch->plane_d, i, k);
+  swap_floats(batch->plane_dx, i, k);
+  swap_floats(batch->plane_dy, i, k);
 }
 
 // Parts receivers first .. end in the middle of where they reach farthest. Returns where the second part begins.

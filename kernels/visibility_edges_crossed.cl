@@ -192,7 +192,7 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
     const vint left = left_of_centre(map_x(ax_ls, az_ls, px, pz), map_x(ay_ls, az_ls, py, pz), map_x(bx_ls, bz_ls, px, pz),
                                      map_x(by_ls, bz_ls, py, pz));
     for (; bits != 0; bits &= bits - 1) {
-      const int lane = 31 - (int)clz(bits & -bits);
+      const int lane = first_lane(bits);
       passing->ax[taken] = HS_FLOAT_LANE(e.ax, lane);
       passing->ay[taken] = HS_FLOAT_LANE(e.ay, lane);
       passing->bx[taken] = HS_FLOAT_LANE(e.bx, lane);
@@ -265,7 +265,7 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
       for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)(0);
     }
     for (; bits != 0; bits &= bits - 1) {
-      const int lane = 31 - (int)clz(bits & -bits);
+      const int lane = first_lane(bits);
       const int begin = HS_LANE(first, lane), end = HS_LANE(last, lane);
       const float lane_c = HS_FLOAT_LANE(c, lane), lane_ex = HS_FLOAT_LANE(ex, lane), lane_ey = HS_FLOAT_LANE(ey, lane);
       const short lane_m = (short)HS_LANE(crossings, lane);
@@ -309,11 +309,11 @@ HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
 }
 
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
-HS_INLINE void count_centre(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
-                            __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects,
-                            __global const uint* offsets, __global const uint* refs, uint capacity,
-                            __global const uint* triangles, __global const float4* vertices_ls, __global const int4* vertices_px,
-                            __global const float4* planes, int* crossings) {
+HS_INLINE void count_triangles(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
+                               __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects,
+                               __global const uint* offsets, __global const uint* refs, uint capacity,
+                               __global const uint* triangles, __global const float4* vertices_ls,
+                               __global const int4* vertices_px, __global const float4* planes, int* crossings) {
   float xs[HS_GROUP], ys[HS_GROUP], zs[HS_GROUP];
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
   float far_z = 0.0f;

@@ -44,6 +44,12 @@ typedef struct {
   int first, end;  // the receivers, in their batch; none where there are too many triangles
 } NearFaces;
 
+// The box that holds all receivers of a region and the ways between them.
+HS_INLINE void box_of_region(const Region* region, float3* low, float3* high) {
+  *low = region->middle - region->half_size * 1.001f;
+  *high = region->middle + region->half_size * 1.001f;
+}
+
 // Bounds of a coordinate of an edge's end as receivers at low_p .. high_p see it: a + (a - p) t.
 HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float high_p, vfloat low_t, vfloat high_t, float slack,
                                 vfloat* low, vfloat* high) {
@@ -74,7 +80,6 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   const float beyond = low_p.z * HS_BEYOND;
   sweep->pair_count = sweep->slot_count = 0;
   for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
-  most = min(most, HS_PAIRS);
   for (int i = first; i < first + count; i += HS_LANES) {
     const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
     const vfloat bx = v_load(list->bx + i), by = v_load(list->by + i), bz = v_load(list->bz + i);
@@ -124,7 +129,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
                cy0 = v_int(fmin(fmax((ly + radius) * cells_per_unit, none), last)),
                cy1 = v_int(fmin(fmax((hy + radius) * cells_per_unit, none), last));
     for (uint bits = reach_bits; bits != 0; bits &= bits - 1) {
-      const int lane = 31 - (int)clz(bits & -bits), edge = i + lane - first;
+      const int lane = first_lane(bits), edge = i + lane - first;
       const float lane_lx = HS_FLOAT_LANE(lx, lane), lane_hx = HS_FLOAT_LANE(hx, lane), lane_ly = HS_FLOAT_LANE(ly, lane),
                   lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
                   lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane),
@@ -147,7 +152,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
             swept &= m + o0 * side0 + o1 * side1 != 0;
           }
           for (uint swept_bits = lane_bits(swept); swept_bits != 0; swept_bits &= swept_bits - 1) {
-            const int sample = cell_sample[k + 31 - (int)clz(swept_bits & -swept_bits)];
+            const int sample = cell_sample[k + first_lane(swept_bits)];
             if (sweep->slot_of[sample] == 0) {
               if (sweep->slot_count == HS_SLOTS) return false;
               sweep->sample_of[sweep->slot_count] = (ushort)sample;
@@ -201,15 +206,13 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
       const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
       const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
       const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
-      if (m == 0) continue;
       vint left[HS_GROUP_VECTORS];
       const float3 n_s = cross3(a - s_ls, b - a);
       for (int v = 0; v < vectors; ++v) {
         const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                      pz = v_load(sweep->z + v * HS_LANES);
         left[v] = s.x * eys[v] - s.y * exs[v] <= cs[v];
-        if (v_any(unseen[v]))
-          left[v] = v_select(left[v], n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z) > 0.0f, unseen[v]);
+        if (v_any(unseen[v])) left[v] = v_select(left[v], along_axis(n_s, px - a.x, py - a.y, pz - a.z) > 0.0f, unseen[v]);
       }
       const int left0 = HS_LANE(left[0], 0);
       const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
@@ -219,14 +222,14 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
         const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                      pz = v_load(sweep->z + v * HS_LANES);
         const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
-        const vfloat da = m_a.x * dx + m_a.y * dy + m_a.z * dz, db = m_b.x * dx + m_b.y * dy + m_b.z * dz;
+        const vfloat da = along_axis(m_a, dx, dy, dz), db = along_axis(m_b, dx, dy, dz);
         const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
         if (!v_any(passes)) continue;
         // Where the edge meets the plane, and where the way does.
         const vfloat weight = fabs(da) + fabs(db),
                      edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
         const vfloat s0 = (vfloat)(fabs(n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z)));
-        const vfloat s1 = fabs(n_s.x * (px - a.x) + n_s.y * (py - a.y) + n_s.z * (pz - a.z));
+        const vfloat s1 = fabs(along_axis(n_s, px - a.x, py - a.y, pz - a.z));
         const vfloat s_sum = s0 + s1, way_z = p0.z + dz * (s0 / v_select((vfloat)(1.0f), s_sum, s_sum > 0.0f));
         const vint before = edge_z < way_z;
         if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
@@ -242,7 +245,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
 // A way from p0 to p and an edge: on which side it passes. The ends in the order of their numbers, so that faces agree.
 HS_INLINE vint passes_left(float3 p0, vfloat dx, vfloat dy, vfloat dz, float3 a, float3 b, bool reversed) {
   const float3 m = cross3(a - p0, b - a);
-  const vint left = dx * m.x + dy * m.y + dz * m.z > 0.0f;
+  const vint left = along_axis(m, dx, dy, dz) > 0.0f;
   return reversed ? v_not(left) : left;
 }
 
@@ -250,7 +253,8 @@ HS_INLINE vint passes_left(float3 p0, vfloat dx, vfloat dy, vfloat dz, float3 a,
 bool find_crossed(const Region* region, const NearFaces* faces, __global const uint* triangles,
                   __global const float4* vertices_ls, __global const float4* planes, __global const uchar* disc_sides,
                   Sweep* sweep) {
-  const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
+  float3 low, high;
+  box_of_region(region, &low, &high);
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < HS_GROUP; ++i) sweep->crossed_count[i] = sweep->depth[i] = 0;
   for (int k = 0; k < faces->count; k += HS_LANES) {
@@ -258,7 +262,7 @@ bool find_crossed(const Region* region, const NearFaces* faces, __global const u
                        (v_load(faces->low_y + k) <= high.y) & (v_load(faces->high_y + k) >= low.y) &
                        (v_load(faces->low_z + k) <= high.z) & (v_load(faces->high_z + k) >= low.z);
     for (uint bits = lane_bits(meets); bits != 0; bits &= bits - 1) {
-      const uint triangle = faces->triangle[k + 31 - (int)clz(bits & -bits)];
+      const uint triangle = faces->triangle[k + first_lane(bits)];
       const uint3 corner = vload3(triangle, triangles);
       const float4 f = planes[triangle];
       const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
@@ -267,7 +271,7 @@ bool find_crossed(const Region* region, const NearFaces* faces, __global const u
       const bool cuts = disc_sides[triangle] == 2;
       for (int v = 0; v < sweep->count; v += HS_LANES) {
         const vfloat px = v_load(sweep->x + v), py = v_load(sweep->y + v), pz = v_load(sweep->z + v);
-        const vint front = f.x * (px - a.x) + f.y * (py - a.y) + f.z * (pz - a.z) >= 0.0f;
+        const vint front = along_axis(f.xyz, px - a.x, py - a.y, pz - a.z) >= 0.0f;
         vint through = front0 ? v_not(front) : front;
         if (!v_any(through)) continue;
         const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
@@ -276,7 +280,7 @@ bool find_crossed(const Region* region, const NearFaces* faces, __global const u
         const vint ca = corner.z < corner.x ? passes_left(p0, dx, dy, dz, c, a, false) : passes_left(p0, dx, dy, dz, a, c, true);
         through &= v_not(ab ^ bc) & v_not(bc ^ ca);
         for (uint lanes = lane_bits(through); lanes != 0; lanes &= lanes - 1) {
-          const int i = v + 31 - (int)clz(lanes & -lanes);
+          const int i = v + first_lane(lanes);
           sweep->depth[i] += centre_front == front0 ? 1 : -1;
           if (!cuts) continue;
           if (sweep->crossed_count[i] == HS_CROSSED) return false;

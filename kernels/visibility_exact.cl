@@ -33,21 +33,21 @@ typedef struct {
   __global const uchar* disc_sides;
 } Casters;
 
-// How many surfaces hide the light's centre from receivers first .. first + count: by the map where it is clear and `near` does
-// not forbid it, else by counting. Where no sample is less hidden than the centre (not `brighter`), hidden or not is enough.
-void count_centres(const Casters* casters, const Batch* batch, int first, int count, uint tile, const int* near,
+// How many surfaces hide the light's centre from receivers first .. first + count: by the map where it is clear and no
+// silhouette near, else by counting. Where no sample is less hidden than the centre (not `brighter`), hidden or not is enough.
+void count_centres(const Casters* casters, const Batch* batch, int first, int count, uint tile, const Walk* walks,
                    const int* brighter, int* centre) {
   int asking[HS_GROUP], crossings[HS_GROUP];
   int asking_count = 0;
   for (int i = 0; i < count; ++i) {
-    const int lit = near[i] ? 2 : lit_by_map(casters->view, casters->shadow_map, batch, first + i);
+    const int lit = walks[i].near ? 2 : lit_by_map(casters->view, casters->shadow_map, batch, first + i);
     centre[i] = lit == 1 ? 0 : 1;
     if (lit == 2 || (lit == 0 && brighter[i])) asking[asking_count++] = i;
   }
   if (asking_count == 0) return;
-  count_centre(casters->view, batch, first, asking, asking_count, tile, casters->blocks, casters->slot_count, casters->rects,
-               casters->triangle_offsets, casters->triangle_refs, casters->triangle_capacity, casters->triangles,
-               casters->vertices_ls, casters->vertices_px, casters->planes, crossings);
+  count_triangles(casters->view, batch, first, asking, asking_count, tile, casters->blocks, casters->slot_count, casters->rects,
+                  casters->triangle_offsets, casters->triangle_refs, casters->triangle_capacity, casters->triangles,
+                  casters->vertices_ls, casters->vertices_px, casters->planes, crossings);
   for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
 }
 
@@ -73,7 +73,8 @@ typedef struct {
   EdgePool pool;
   Passing passing;
   v_short counts[HS_GROUP * HS_MAX_SAMPLES / HS_LANES];  // a vector's alignment: compilers split loads and stores of less
-  int near[HS_GROUP], touched[HS_GROUP], brighter[HS_GROUP], centre[HS_GROUP];
+  Walk walks[HS_GROUP];
+  int brighter[HS_GROUP], centre[HS_GROUP];
 #if HS_LANES == 16
   v_short base[HS_MAX_SAMPLES / HS_LANES];
   Sweep sweep;
@@ -81,19 +82,19 @@ typedef struct {
 #endif
 } Workspace;
 
+HS_INLINE v_short* counts_of(Workspace* w, int i) {
+  return w->counts + i * (HS_MAX_SAMPLES / HS_LANES);
+}
+
 // Adds the crossings of a list's edges to the counts of receiver first + i.
 void walk_edges(const Casters* casters, Workspace* w, int list_first, int list_count, int first, int i) {
   const int k = first + i;
-  Walk walk = {w->touched[i] != 0, w->near[i] != 0};
   const int passing_count = project_edges(&w->pool, list_first, list_count, casters->disc, w->batch.x[k], w->batch.y[k],
-                                          w->batch.z[k], &w->passing, &walk);
+                                          w->batch.z[k], &w->passing, &w->walks[i]);
   if (passing_count > 0) {
     const float2 rotation = casters->disc.rotated ? rotation_of(w->batch.pixel[k]) : (float2)(1.0f, 0.0f);
-    count_crossings(&w->passing, passing_count, casters->disc, rotation, &casters->set,
-                    w->counts + i * (HS_MAX_SAMPLES / HS_LANES), &walk);
+    count_crossings(&w->passing, passing_count, casters->disc, rotation, &casters->set, counts_of(w, i), &w->walks[i]);
   }
-  w->touched[i] = walk.touched;
-  w->near[i] = walk.near;
 }
 
 // Whether some count is below 0: without, nothing is less hidden than the centre.
@@ -120,27 +121,24 @@ void answer_by_counts(const Casters* casters, const Answers* answers, uint pixel
   answer(answers, casters, pixel, seen, negative, counts, centre);
 }
 
-HS_INLINE v_short* counts_of(Workspace* w, int i) {
-  return w->counts + i * (HS_MAX_SAMPLES / HS_LANES);
-}
-
 // Answers receivers first .. first + count whose edges have been walked.
 void answer_walked(const Casters* casters, Workspace* w, int first, int count, uint tile, const Answers* answers) {
   for (int i = 0; i < count; ++i)
-    w->brighter[i] = w->touched[i] && finds_brighter(counts_of(w, i), (int)casters->disc.sample_count);
-  count_centres(casters, &w->batch, first, count, tile, w->near, w->brighter, w->centre);
+    w->brighter[i] = w->walks[i].touched && finds_brighter(counts_of(w, i), (int)casters->disc.sample_count);
+  count_centres(casters, &w->batch, first, count, tile, w->walks, w->brighter, w->centre);
   for (int i = 0; i < count; ++i)
-    answer_by_counts(casters, answers, w->batch.pixel[first + i], w->touched[i] ? counts_of(w, i) : 0, w->centre[i]);
+    answer_by_counts(casters, answers, w->batch.pixel[first + i], w->walks[i].touched ? counts_of(w, i) : 0, w->centre[i]);
 }
 
 HS_INLINE void forget_walks(Workspace* w, int count) {
-  for (int i = 0; i < count; ++i) w->touched[i] = w->near[i] = 0;
+  for (int i = 0; i < count; ++i) w->walks[i].touched = w->walks[i].near = false;
 }
 
 #if HS_LANES == 16
 // Lists the triangles of the tile that come near the region of receivers first .. end.
 void find_near_faces(const Casters* casters, const Region* region, uint tile, int first, int end, NearFaces* faces) {
-  const float3 low = region->middle - region->half_size * 1.001f, high = region->middle + region->half_size * 1.001f;
+  float3 low, high;
+  box_of_region(region, &low, &high);
   faces->count = faces->first = faces->end = 0;
   if (bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity)) return;
   for (uint i = casters->triangle_offsets[tile]; i < casters->triangle_offsets[tile + 1]; ++i) {
@@ -191,9 +189,9 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   forget_walks(w, 1);
   walk_edges(casters, w, list_first, list_count, first, 0);
   const int brighter = 1;  // than p0 some neighbour may be
-  count_centres(casters, &w->batch, first, 1, tile, w->near, &brighter, w->centre);
+  count_centres(casters, &w->batch, first, 1, tile, w->walks, &brighter, w->centre);
   for (int k = 0; k < n / HS_LANES; ++k)
-    w->base[k] = (w->touched[0] ? w->counts[k] : (v_short)(0)) + (v_short)((short)w->centre[0]);
+    w->base[k] = (w->walks[0].touched ? w->counts[k] : (v_short)(0)) + (v_short)((short)w->centre[0]);
   float seen[HS_GROUP];
   int negative[HS_GROUP];
   see_by_sweep(casters->disc, sweep, w->base, seen, negative);

@@ -406,6 +406,16 @@ HS_INLINE void tile_receiver(const TileRun* run, TileReceiver* r) {
   for (int k = 0; k < 4; ++k) r->lit[k] = (run->words & (1 << (HS_LIT_SHIFT + k))) != 0;
 }
 
+// Loads a run and its receivers; false, and no receivers, where none of its footprints lies in one of the cells.
+HS_INLINE bool load_in_cells(const HsView light, const HsReceiverView view, int2 tile_px, uint begins,
+                             __global const float* depth_or_position, __global const uint* receiver_words, uint cells,
+                             TileRun* run, TileReceiver* r) {
+  load_run(light, view, tile_px, begins, depth_or_position, receiver_words, run);
+  if (!meets_cells(run, cells)) return false;
+  tile_receiver(run, r);
+  return true;
+}
+
 // What the texels of a footprint hold in one array.
 typedef struct {
   vfloat v[4];
@@ -721,10 +731,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     if (cells != 0) {
       HS_FOR_LISTED(slot) {
         TileRun run;
-        load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, &run);
-        if (!meets_cells(&run, cells)) continue;
         TileReceiver r;
-        tile_receiver(&run, &r);
+        if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, cells, &run, &r)) continue;
         FinTaps taps;
         load_fins(&fins, &r, varied, &taps);
         if (single) {
@@ -748,10 +756,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
   if (!single) {
     HS_FOR_LISTED(slot) {
       TileRun run;
-      load_run(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, &run);
-      if (!meets_cells(&run, reached)) continue;
       TileReceiver r;
-      tile_receiver(&run, &r);
+      if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, reached, &run, &r)) continue;
       Illuminance seen;
       load_illuminance(&run, states, pixels, &seen);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);
