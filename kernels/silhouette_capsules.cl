@@ -28,20 +28,6 @@ HS_INLINE Capsule capsule_of(const HsView view, float3 a, float3 b) {
   return c;
 }
 
-// Whether a receiver within `half_px` of `middle`, no farther than 1/d_far, can have the edge before its disc, or within
-// HS_NEAR_PX of it in the map.
-HS_INLINE bool capsule_touches(const Capsule* c, float radius_px, float2 middle, float2 half_px, float d_far) {
-  if (c->everywhere) return true;
-  if (fmax(c->da, c->db) < d_far * HS_BEYOND) return false;
-  const float slack = HS_NEAR_PX + 0.25f;
-  const float ra = radius_px * fmax(c->da - d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - d_far, 0.0f) + slack;
-  const float2 low = fmin(c->a - ra, c->b - rb), high = fmax(c->a + ra, c->b + rb);
-  if (low.x > middle.x + half_px.x || low.y > middle.y + half_px.y || high.x < middle.x - half_px.x ||
-      high.y < middle.y - half_px.y)
-    return false;
-  return fabs(dot(c->normal, middle - c->a)) <= fmax(ra, rb) + dot(fabs(c->normal), half_px);
-}
-
 HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius_px) {
   if (c->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
   const float slack = HS_NEAR_PX + 0.25f;
@@ -49,35 +35,52 @@ HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius
   return rect_of_points(view, fmin(c->a - ra, c->b - rb), fmax(c->a + ra, c->b + rb));
 }
 
-HS_INLINE bool tile_has_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint y,
-                             __global const float* tile_far) {
-  const float far = tile_far[y * view.tiles_x + x];
-  return far > 0.0f &&
-         capsule_touches(c, radius_px, ((float2)(x, y) + 0.5f) * (float)HS_TILE, (float2)(HS_TILE * 0.5f), 1.0f / far);
+// Which of the tiles from x on, up to `end`, of a row have a receiver that can have the edge before its disc, or within
+// HS_NEAR_PX of it in the map: as lane_bits. tile_far: depth of the farthest receiver of each tile, 0 for none.
+HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint end, uint y,
+                               __global const float* tile_far) {
+  const vfloat far = load_lanes(tile_far, (size_t)y * view.tiles_x + x, (int)(view.tiles_x - x));
+  const vint have = (v_iota < (int)(end - x)) & (far > 0.0f);
+  if (c->everywhere || !v_any(have)) return lane_bits(have);
+  const vfloat d_far = 1.0f / far;
+  const float half_px = HS_TILE * 0.5f, slack = HS_NEAR_PX + 0.25f;
+  const vfloat ra = radius_px * fmax(c->da - d_far, 0.0f) + slack, rb = radius_px * fmax(c->db - d_far, 0.0f) + slack;
+  const vfloat middle_x = (v_float((int)x + v_iota) + 0.5f) * (float)HS_TILE;
+  const float middle_y = ((float)y + 0.5f) * (float)HS_TILE;
+  const vint touches = (fmax(c->da, c->db) >= d_far * HS_BEYOND) & (fmin(c->a.x - ra, c->b.x - rb) <= middle_x + half_px) &
+                       (fmax(c->a.x + ra, c->b.x + rb) >= middle_x - half_px) &
+                       (fmin(c->a.y - ra, c->b.y - rb) <= middle_y + half_px) &
+                       (fmax(c->a.y + ra, c->b.y + rb) >= middle_y - half_px) &
+                       (fabs(c->normal.x * (middle_x - c->a.x) + c->normal.y * (middle_y - c->a.y)) <=
+                        fmax(ra, rb) + half_px * (fabs(c->normal.x) + fabs(c->normal.y)));
+  return lane_bits(have & touches);
 }
+
+// Runs the body for each `tile` that has edge i.
+#define HS_FOR_EDGE_TILES(tile, i, body)                                                                                    \
+  {                                                                                                                         \
+    const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                                               \
+    const ushort4 rect = capsule_rect(view, &capsule, radius_px);                                                           \
+    for (uint y = rect.y; y < rect.w; ++y)                                                                                  \
+      for (uint x = rect.x; x < rect.z; x += HS_LANES)                                                                      \
+        for (uint bits = tiles_with_edge(view, &capsule, radius_px, x, rect.z, y, tile_far); bits != 0; bits &= bits - 1) { \
+          const uint tile = y * view.tiles_x + x + (uint)first_lane(bits);                                                  \
+          body                                                                                                              \
+        }                                                                                                                   \
+  }
 
 // Any number of work-items. tile_counts must be 0.
 __kernel void count_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
                           __global const float* tile_far, __global uint* tile_counts) {
-  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
-    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
-    const ushort4 rect = capsule_rect(view, &c, radius_px);
-    for (uint y = rect.y; y < rect.w; ++y)
-      for (uint x = rect.x; x < rect.z; ++x)
-        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) atomic_inc(&tile_counts[y * view.tiles_x + x]);
-  }
+  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
+    HS_FOR_EDGE_TILES(tile, i, { atomic_inc(&tile_counts[tile]); })
 }
 
 __kernel void fill_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
                          __global const float* tile_far, __global uint* tile_cursors, __global uint* refs, const uint capacity) {
-  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0)) {
-    const Capsule c = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);
-    const ushort4 rect = capsule_rect(view, &c, radius_px);
-    for (uint y = rect.y; y < rect.w; ++y)
-      for (uint x = rect.x; x < rect.z; ++x)
-        if (tile_has_edge(view, &c, radius_px, x, y, tile_far)) {
-          const uint slot = atomic_inc(&tile_cursors[y * view.tiles_x + x]);
-          if (slot < capacity) refs[slot] = i;
-        }
-  }
+  for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
+    HS_FOR_EDGE_TILES(tile, i, {
+      const uint slot = atomic_inc(&tile_cursors[tile]);
+      if (slot < capacity) refs[slot] = i;
+    })
 }
