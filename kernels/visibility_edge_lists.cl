@@ -7,7 +7,7 @@
 #define HS_GROUP 128
 #define HS_BATCH 2048
 #define HS_LISTED 8192
-#define HS_POOL (3 * HS_LISTED)
+#define HS_POOL (3 * HS_LISTED + HS_LANES)
 #else
 #define HS_GROUP 1
 #define HS_BATCH 1
@@ -15,12 +15,12 @@
 #define HS_POOL 2
 #endif
 
-// Receivers that share a list.
+// Receivers that share a list. (Longer than need be: see EdgePool.)
 typedef struct {
-  uint pixel[HS_BATCH];
-  float x[HS_BATCH], y[HS_BATCH], z[HS_BATCH];                      // light space, lifted off their surface
-  float u[HS_BATCH], v[HS_BATCH];                                   // texels, centres at half-integers as rasterizers have it
-  float plane_d[HS_BATCH], plane_dx[HS_BATCH], plane_dy[HS_BATCH];  // see Receiver
+  uint pixel[HS_BATCH + HS_LANES];
+  float x[HS_BATCH + HS_LANES], y[HS_BATCH + HS_LANES], z[HS_BATCH + HS_LANES];  // light space, lifted off their surface
+  float u[HS_BATCH + HS_LANES], v[HS_BATCH + HS_LANES];  // texels, centres at half-integers as rasterizers have it
+  float plane_d[HS_BATCH + HS_LANES], plane_dx[HS_BATCH + HS_LANES], plane_dy[HS_BATCH + HS_LANES];  // see Receiver
 } Batch;
 
 // Where some of them are.
@@ -30,8 +30,8 @@ typedef struct {
   float far_z, d_far;         // depth of the farthest, and its 1/z
 } Region;
 
-// Edges that some receiver of a region may have before its disc: HsEdge, a field an array. Each list in the pool begins
-// at a whole number of vectors.
+// Edges that some receiver of a region may have before its disc: HsEdge, a field an array. Each list in the pool begins at a
+// whole number of vectors. (Arrays a multiple of 4096 bytes long would have all fields of an edge share one set of the cache.)
 typedef struct {
   float ax[HS_POOL], ay[HS_POOL], az[HS_POOL], bx[HS_POOL], by[HS_POOL], bz[HS_POOL];
   float n0x[HS_POOL], n0y[HS_POOL], n0z[HS_POOL], n0w[HS_POOL];
@@ -118,44 +118,6 @@ HS_INLINE vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat
   return v_select((vint)(0), (vint)(1), v > reach) - v_select((vint)(0), (vint)(1), v < -reach);
 }
 
-HS_INLINE int side_of_region1(const Region* region, float4 plane) {
-  const float v = dot(plane.xyz, region->middle) - plane.w;
-  const float reach = dot(fabs(plane.xyz), region->half_size) +
-                      1e-6f * (fabs(plane.w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));
-  return v > reach ? 1 : v < -reach ? -1 : 0;
-}
-
-// Copies an edge of the tile if a receiver of the region may need it.
-HS_INLINE bool take_edge(const HsView light, float radius_px, const Region* region, __global const HsEdge* from, EdgePool* to,
-                         int slot) {
-  const float4 a = from->a, b = from->b;
-  if (fmin(a.z, b.z) >= region->far_z) return false;
-  const float4 plane0 = from->plane0, plane1 = from->plane1;
-  const int m = as_int(a.w), o0 = (as_int(b.w) & 3) - 1, o1 = (as_int(b.w) >> 2) - 1;
-  const int side0 = side_of_region1(region, plane0), side1 = side_of_region1(region, plane1);
-  if ((o0 == 0 || side0 != 0) && (o1 == 0 || side1 != 0) && m + o0 * side0 + o1 * side1 == 0) return false;
-  const Capsule capsule = capsule_of(light, a.xyz, b.xyz);
-  if (!capsule_touches(&capsule, radius_px, region->middle_px, region->half_px, region->d_far)) return false;
-  to->ax[slot] = a.x;
-  to->ay[slot] = a.y;
-  to->az[slot] = a.z;
-  to->bx[slot] = b.x;
-  to->by[slot] = b.y;
-  to->bz[slot] = b.z;
-  to->n0x[slot] = plane0.x;
-  to->n0y[slot] = plane0.y;
-  to->n0z[slot] = plane0.z;
-  to->n0w[slot] = plane0.w;
-  to->n1x[slot] = plane1.x;
-  to->n1y[slot] = plane1.y;
-  to->n1z[slot] = plane1.z;
-  to->n1w[slot] = plane1.w;
-  to->m[slot] = m;
-  to->o0[slot] = o0;
-  to->o1[slot] = o1;
-  return true;
-}
-
 // Makes a list a whole number of vectors long, with edges that are none.
 HS_INLINE void pad_list(EdgePool* list, int first, int count) {
   for (int i = first + count; i & (HS_LANES - 1); ++i) {
@@ -165,9 +127,9 @@ HS_INLINE void pad_list(EdgePool* list, int first, int count) {
   }
 }
 
-// Lists from `to_first` on those of the `count` edges from `first` on that receivers of the region may need. A face's side that
-// is the same for all of them is added to m, and most edges, silhouettes for some other part of the tile, then have none left.
-// Returns their number.
+// Lists from `to_first` on, which may be `first`, those of the `count` edges from `first` on that receivers of the region may
+// need. A face's side that is the same for all of them is added to m, and most edges, silhouettes for some other part of the
+// tile, then have none left. Returns their number.
 HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, EdgePool* pool, int first, int count,
                           int to_first) {
   int to = to_first;
@@ -224,6 +186,70 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
   }
   pad_list(pool, to_first, to - to_first);
   return to - to_first;
+}
+
+// Edges of a tile.
+typedef struct {
+  __global const HsEdge* edges;
+  __global const uint* refs;  // 0: all edges
+  uint first, end;
+} TileEdges;
+
+// Puts a vector of a tile's edges, from its first + `from` on, where the pool has room for as many; past the tile's end, none.
+HS_INLINE void load_edges(const TileEdges* tile_edges, uint from, EdgePool* pool, int to) {
+  vfloat field[16];
+#if HS_LANES == 16
+  for (uint i = 0; i < 16; ++i) {
+    const uint at = min(from + i, tile_edges->end - 1);
+    field[i] = vload16(0, (__global const float*)(tile_edges->edges + (tile_edges->refs ? tile_edges->refs[at] : at)));
+  }
+  // Transposed: each turn takes the lowest bit of where a number is in its vector to the top of which vector it is in.
+#pragma unroll
+  for (int turn = 0; turn < 4; ++turn) {
+    vfloat turned[16];
+#pragma unroll
+    for (int i = 0; i < 8; ++i) {
+      turned[i] = (float16)(field[2 * i].even, field[2 * i + 1].even);
+      turned[8 + i] = (float16)(field[2 * i].odd, field[2 * i + 1].odd);
+    }
+#pragma unroll
+    for (int i = 0; i < 16; ++i) field[i] = turned[i];
+  }
+#else
+  __global const float* edge = (__global const float*)(tile_edges->edges + (tile_edges->refs ? tile_edges->refs[from] : from));
+  for (int i = 0; i < 16; ++i) field[i] = edge[i];
+#endif
+  v_store(field[0], pool->ax + to);
+  v_store(field[1], pool->ay + to);
+  v_store(field[2], pool->az + to);
+  v_store(field[4], pool->bx + to);
+  v_store(field[5], pool->by + to);
+  v_store(field[6], pool->bz + to);
+  v_store(field[8], pool->n0x + to);
+  v_store(field[9], pool->n0y + to);
+  v_store(field[10], pool->n0z + to);
+  v_store(field[11], pool->n0w + to);
+  v_store(field[12], pool->n1x + to);
+  v_store(field[13], pool->n1y + to);
+  v_store(field[14], pool->n1z + to);
+  v_store(field[15], pool->n1w + to);
+  const vint some = v_iota < (int)(tile_edges->end - from), orientations = v_as_int(field[7]);
+  v_store(v_select((vint)(0), v_as_int(field[3]), some), pool->m + to);
+  v_store(v_select((vint)(0), (orientations & 3) - 1, some), pool->o0 + to);
+  v_store(v_select((vint)(0), (orientations >> 2) - 1, some), pool->o1 + to);
+}
+
+// Lists, from the pool's beginning, the edges of a tile from *from on that receivers of the region may need, as many as there is
+// room for; *from: the first that is left. Returns their number.
+HS_INLINE int list_edges(const HsView light, float radius_px, const Region* region, const TileEdges* tile_edges, EdgePool* pool,
+                         uint* from) {
+  int count = 0;
+  for (; *from < tile_edges->end && count + HS_LANES <= HS_LISTED; *from += HS_LANES) {
+    load_edges(tile_edges, *from, pool, count);
+    count += narrow_list(light, radius_px, region, pool, count, HS_LANES, count);
+  }
+  *from = min(*from, tile_edges->end);
+  return count;
 }
 
 HS_INLINE void swap_floats(float* values, int i, int k) {

@@ -132,12 +132,12 @@ HS_INLINE vfloat along_axis(float3 axis, vfloat x, vfloat y, vfloat z) {
   return axis.x * x + axis.y * y + axis.z * z;
 }
 
-// Edges that pass before a receiver's disc, projected onto the light's plane.
+// Edges that pass before a receiver's disc, projected onto the light's plane. (Longer than need be: see EdgePool.)
 typedef struct {
-  float ax[HS_LISTED], ay[HS_LISTED], bx[HS_LISTED], by[HS_LISTED];
-  float c[HS_LISTED];   // a x b
-  int left[HS_LISTED];  // not 0 where the centre is left of a -> b
-  int m[HS_LISTED];
+  float ax[HS_LISTED + HS_LANES], ay[HS_LISTED + HS_LANES], bx[HS_LISTED + HS_LANES], by[HS_LISTED + HS_LANES];
+  float c[HS_LISTED + HS_LANES];   // a x b
+  int left[HS_LISTED + HS_LANES];  // not 0 where the centre is left of a -> b
+  int m[HS_LISTED + HS_LANES];
 } Passing;
 
 // Of a projected edge's distance from the centre the square; *c: a x b. The line is held by its nearer end: the other may be very

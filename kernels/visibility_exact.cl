@@ -208,25 +208,6 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
 }
 #endif
 
-// The edges in a tile's list.
-typedef struct {
-  __global const HsEdge* edges;
-  __global const uint* refs;  // 0: all edges
-  uint first, end;
-} TileEdges;
-
-// Lists, from the pool's beginning, the edges of a tile from *from on that receivers of the region may need, as many as there is
-// room for; *from: the first that is left. Returns their number.
-int list_edges(const Casters* casters, const TileEdges* tile_edges, const Region* region, EdgePool* pool, uint* from) {
-  int count = 0;
-  for (; *from < tile_edges->end && count < HS_LISTED; ++*from)
-    if (take_edge(casters->view, casters->disc.radius_px, region,
-                  tile_edges->edges + (tile_edges->refs ? tile_edges->refs[*from] : *from), pool, count))
-      ++count;
-  pad_list(pool, 0, count);
-  return count;
-}
-
 // Answers a batch: in halves, until the edges of a half have room in the list and one receiver can answer for all, or there is
 // too little to share.
 void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint tile, const TileEdges* tile_edges,
@@ -254,7 +235,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     bool listed = list_count >= 0;
     if (!listed) {
       uint from = tile_edges->first;
-      list_count = list_edges(casters, tile_edges, &region, &w->pool, &from);
+      list_count = list_edges(casters->view, casters->disc.radius_px, &region, tile_edges, &w->pool, &from);
       narrowed_for = count;
       listed = from == tile_edges->end;
       if (!listed && (count <= HS_GROUP || waiting + 2 > HS_MOST_PARTS)) {
@@ -263,7 +244,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
           const int group_count = min(first + count - group, HS_GROUP);
           forget_walks(w, group_count);
           for (from = tile_edges->first; from < tile_edges->end;) {
-            list_count = list_edges(casters, tile_edges, &region, &w->pool, &from);
+            list_count = list_edges(casters->view, casters->disc.radius_px, &region, tile_edges, &w->pool, &from);
             if (list_count > 0)
               for (int i = 0; i < group_count; ++i) walk_edges(casters, w, 0, list_count, group, i);
           }
