@@ -80,10 +80,10 @@ float turn_of(float x, float y) {
   return y >= 0.0f ? 1.0f - t : 3.0f + t;
 }
 
-/// About sixteen samples a cell, as many as a vector holds: an edge that moves little is tested against one or two vectors.
+/// About five samples a cell: those of the few cells of a row that an edge passes over are mostly one vector.
 void sort_into_cells(SampleTable& table, std::size_t n) {
   constexpr std::size_t padding = 16;  // a vector may be read from any sample on
-  table.cells_across = static_cast<unsigned>(std::max(1.0, std::sqrt(static_cast<double>(n)) / 4.0));
+  table.cells_across = static_cast<unsigned>(std::max(1.0, std::sqrt(static_cast<double>(n)) / 2.0));
   const auto cell_along = [&](float x) {
     return std::min(static_cast<unsigned>(std::max(0.0f, 0.5f * (x + 1.0f) * static_cast<float>(table.cells_across))),
                     table.cells_across - 1);

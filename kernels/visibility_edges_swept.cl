@@ -17,6 +17,8 @@
 #if HS_LANES == 16
 #define HS_PAIRS 4096
 #define HS_SLOTS 256
+// Pairs that the first edges of a list may have for the whole list not to have more than `most`, if it goes on like that.
+#define HS_SOON_TOO_MANY(most, done, count) (most)
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
@@ -24,7 +26,8 @@
 typedef struct {
   float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers; the last repeats to a whole vector
   int count;
-  ushort pair_edge[HS_PAIRS], pair_slot[HS_PAIRS];  // edges, ascending, and the samples that they may pass over
+  ushort pair_edge[HS_PAIRS + HS_MAX_SAMPLES],
+      pair_slot[HS_PAIRS + HS_MAX_SAMPLES];  // edges, ascending, and the samples that they may pass over
   int pair_count;
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
   ushort sample_of[HS_SLOTS];
@@ -35,11 +38,11 @@ typedef struct {
   int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
 } Sweep;
 
-// Triangles near some receivers, by their bounds in light space.
+// Triangles near some receivers, by their bounds in light space. (Longer than need be: see EdgePool.)
 typedef struct {
-  float low_x[HS_NEAR_FACES], low_y[HS_NEAR_FACES], low_z[HS_NEAR_FACES];
-  float high_x[HS_NEAR_FACES], high_y[HS_NEAR_FACES], high_z[HS_NEAR_FACES];
-  uint triangle[HS_NEAR_FACES];
+  float low_x[HS_NEAR_FACES + HS_LANES], low_y[HS_NEAR_FACES + HS_LANES], low_z[HS_NEAR_FACES + HS_LANES];
+  float high_x[HS_NEAR_FACES + HS_LANES], high_y[HS_NEAR_FACES + HS_LANES], high_z[HS_NEAR_FACES + HS_LANES];
+  uint triangle[HS_NEAR_FACES + HS_LANES];
   int count;
   int first, end;  // the receivers, in their batch; none where there are too many triangles
 } NearFaces;
@@ -59,12 +62,13 @@ HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float 
   *high = high_a + ht + (fabs(high_a) + fabs(ht)) * 2e-6f + slack;
 }
 
-HS_INLINE bool add_pair(Sweep* sweep, int edge, int slot) {
-  if (sweep->pair_count == HS_PAIRS) return false;
-  sweep->pair_edge[sweep->pair_count] = (ushort)edge;
-  sweep->pair_slot[sweep->pair_count] = (ushort)slot;
-  ++sweep->pair_count;
-  return true;
+// An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
+HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat sx, vfloat sy) {
+  const int m = list->m[i], o0 = list->o0[i], o1 = list->o1[i];
+  if ((o0 | o1) == 0) return (vint)(m);
+  const vint front0 = sx * (list->n0x[i] * radius) + sy * (list->n0y[i] * radius) >= list->n0w[i],
+             front1 = sx * (list->n1x[i] * radius) + sy * (list->n1y[i] * radius) >= list->n1w[i];
+  return m + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
 }
 
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are more than `most`.
@@ -78,7 +82,8 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   const float radius = disc.radius, slack = radius * 4e-6f, cells_per_unit = 0.5f * (float)grid / radius;
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
-  sweep->pair_count = sweep->slot_count = 0;
+  int pair_count = 0;
+  sweep->slot_count = 0;
   for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
   for (int i = first; i < first + count; i += HS_LANES) {
     const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
@@ -122,6 +127,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const uint reach_bits = lane_bits(reaches);
     if (reach_bits == 0) continue;
 
+    const int allowed = min(256 + most / 4 + (int)((float)most * (float)(i - first) / (float)count), HS_PAIRS);
     // As numbers that may be too large for integers, first.
     const vfloat none = (vfloat)(0.0f), last = (vfloat)((float)(grid - 1));
     const vint cx0 = v_int(fmin(fmax((lx + radius) * cells_per_unit, none), last)),
@@ -134,37 +140,34 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
                   lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
                   lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane),
                   lane_band = HS_FLOAT_LANE(half_band, lane);
-      // Faces that are on one side for some receivers and on the other for others: seen from s the edge may be no silhouette.
-      const int at = i + lane, m = list->m[at], o0 = list->o0[at], o1 = list->o1[at];
-      const bool sides = (o0 | o1) != 0;
-      const float n0x = list->n0x[at] * radius, n0y = list->n0y[at] * radius, n0w = list->n0w[at], n1x = list->n1x[at] * radius,
-                  n1y = list->n1y[at] * radius, n1w = list->n1w[at];
       const int x0 = HS_LANE(cx0, lane), x1 = HS_LANE(cx1, lane), y1 = HS_LANE(cy1, lane);
       for (int y = HS_LANE(cy0, lane); y <= y1; ++y) {
         const int end = cell_first[y * grid + x1 + 1];
         for (int k = cell_first[y * grid + x0]; k < end; k += HS_LANES) {
           const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
-          vint swept = (v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
-                       (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band);
-          if (sides) {
-            const vint side0 = v_select((vint)(1), (vint)(-1), sx * n0x + sy * n0y >= n0w),
-                       side1 = v_select((vint)(1), (vint)(-1), sx * n1x + sy * n1y >= n1w);
-            swept &= m + o0 * side0 + o1 * side1 != 0;
-          }
-          for (uint swept_bits = lane_bits(swept); swept_bits != 0; swept_bits &= swept_bits - 1) {
-            const int sample = cell_sample[k + first_lane(swept_bits)];
-            if (sweep->slot_of[sample] == 0) {
+          uint swept =
+              lane_bits((v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
+                        (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band));
+          if (swept != 0) swept &= lane_bits(multiplicity_at(list, i + lane, radius, sx, sy) != 0);
+          for (; swept != 0; swept &= swept - 1) {
+            const int sample = cell_sample[k + first_lane(swept)];
+            int slot = sweep->slot_of[sample];
+            if (slot == 0) {
               if (sweep->slot_count == HS_SLOTS) return false;
               sweep->sample_of[sweep->slot_count] = (ushort)sample;
-              sweep->slot_of[sample] = (ushort)++sweep->slot_count;
+              slot = ++sweep->slot_count;
+              sweep->slot_of[sample] = (ushort)slot;
             }
-            if (!add_pair(sweep, edge, sweep->slot_of[sample] - 1)) return false;
+            sweep->pair_edge[pair_count] = (ushort)edge;
+            sweep->pair_slot[pair_count] = (ushort)(slot - 1);
+            ++pair_count;
           }
         }
       }
-      if (sweep->pair_count > most) return false;
+      if (pair_count > allowed) return false;
     }
   }
+  sweep->pair_count = pair_count;
   return true;
 }
 
@@ -172,71 +175,59 @@ HS_INLINE float3 cross3(float3 a, float3 b) {
   return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-// How `list`'s edge i is seen by each of a vector of receivers. Not returned: what a returned struct brings with it when it is
-// inlined is unknown to Oclgrind 21.10.
-HS_INLINE void project_before(const EdgePool* list, int i, vfloat px, vfloat py, vfloat pz, ProjectedEdge* e) {
-  *e = project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
-                    (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
-}
-
 // Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
 bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, int first, Sweep* sweep) {
   const int n = (int)disc.sample_count, vectors = (sweep->count + HS_LANES - 1) / HS_LANES;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
-  for (int pair = 0; pair < sweep->pair_count;) {
-    const int edge = sweep->pair_edge[pair], i = first + edge;
-    const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
-    vfloat exs[HS_GROUP_VECTORS], eys[HS_GROUP_VECTORS], cs[HS_GROUP_VECTORS];
-    vint unseen[HS_GROUP_VECTORS];
-    for (int v = 0; v < vectors; ++v) {
-      ProjectedEdge e;
-      project_before(list, i, v_load(sweep->x + v * HS_LANES), v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES),
-                     &e);
-      distance2_of(&e, &cs[v]);
-      exs[v] = (e.bx - e.ax) * disc.radius;
-      eys[v] = (e.by - e.ay) * disc.radius;
-      unseen[v] = v_not(e.seen);
+  int projected = -1;  // the vector of edges that these are of, as p0 sees them
+  vfloat ex0 = (vfloat)(0.0f), ey0 = ex0, c0 = ex0;
+  vint seen0 = (vint)(0);
+  for (int pair = 0; pair < sweep->pair_count; ++pair) {
+    const int edge = sweep->pair_edge[pair], i = first + edge, lane = edge % HS_LANES, slot = sweep->pair_slot[pair];
+    if (edge / HS_LANES != projected) {
+      projected = edge / HS_LANES;
+      const int k = i - lane;
+      const ProjectedEdge e =
+          project_edge(v_load(list->ax + k), v_load(list->ay + k), v_load(list->az + k), v_load(list->bx + k),
+                       v_load(list->by + k), v_load(list->bz + k), (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z));
+      distance2_of(&e, &c0);
+      ex0 = (e.bx - e.ax) * disc.radius;
+      ey0 = (e.by - e.ay) * disc.radius;
+      seen0 = e.seen;
     }
-    for (; pair < sweep->pair_count && sweep->pair_edge[pair] == edge; ++pair) {
-      const int slot = sweep->pair_slot[pair];
-      const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
-      const float3 s_ls = s * disc.radius;
-      // The receiver that the edge passes by lies on the other side of its faces' planes.
-      const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
-      const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
-      const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
-      vint left[HS_GROUP_VECTORS];
-      const float3 n_s = cross3(a - s_ls, b - a);
-      for (int v = 0; v < vectors; ++v) {
-        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
-                     pz = v_load(sweep->z + v * HS_LANES);
-        left[v] = s.x * eys[v] - s.y * exs[v] <= cs[v];
-        if (v_any(unseen[v])) left[v] = v_select(left[v], along_axis(n_s, px - a.x, py - a.y, pz - a.z) > 0.0f, unseen[v]);
-      }
-      const int left0 = HS_LANE(left[0], 0);
-      const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
-      for (int v = 0; v < vectors; ++v) {
-        const vint turned = left[v] ^ left0;
-        if (!v_any(turned)) continue;
-        const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
-                     pz = v_load(sweep->z + v * HS_LANES);
-        const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
-        const vfloat da = along_axis(m_a, dx, dy, dz), db = along_axis(m_b, dx, dy, dz);
-        const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
-        if (!v_any(passes)) continue;
-        // Where the edge meets the plane, and where the way does.
-        const vfloat weight = fabs(da) + fabs(db),
-                     edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
-        const vfloat s0 = (vfloat)(fabs(n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z)));
-        const vfloat s1 = fabs(along_axis(n_s, px - a.x, py - a.y, pz - a.z));
-        const vfloat s_sum = s0 + s1, way_z = p0.z + dz * (s0 / v_select((vfloat)(1.0f), s_sum, s_sum > 0.0f));
-        const vint before = edge_z < way_z;
-        if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
-        const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left[v]), passes & before);
-        short* sum = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
-        vstore16(vload16(0, sum) + v_short_of(jump), 0, sum);
-      }
+    const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
+    const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
+    const float3 s_ls = s * disc.radius;
+    // The receiver that the edge passes by lies on the other side of its faces' planes.
+    const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
+    const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
+    const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
+    const float3 n_s = cross3(a - s_ls, b - a);
+    const float from0 = n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z);
+    const bool left0 = HS_LANE(seen0, lane)
+                           ? s.x * HS_FLOAT_LANE(ey0, lane) - s.y * HS_FLOAT_LANE(ex0, lane) <= HS_FLOAT_LANE(c0, lane)
+                           : from0 > 0.0f;
+    const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
+    for (int v = 0; v < vectors; ++v) {
+      const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
+                   pz = v_load(sweep->z + v * HS_LANES);
+      const vfloat from = along_axis(n_s, px - a.x, py - a.y, pz - a.z);
+      const vint turned = left0 ? from <= 0.0f : from > 0.0f;
+      if (!v_any(turned)) continue;
+      const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
+      const vfloat da = along_axis(m_a, dx, dy, dz), db = along_axis(m_b, dx, dy, dz);
+      const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
+      if (!v_any(passes)) continue;
+      // Where the edge meets the plane, and where the way does.
+      const vfloat weight = fabs(da) + fabs(db),
+                   edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
+      const vfloat sum = fabs(from0) + fabs(from), way_z = p0.z + dz * (fabs(from0) / v_select((vfloat)(1.0f), sum, sum > 0.0f));
+      const vint before = edge_z < way_z;
+      if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
+      const vint jump = v_select((vint)(0), (vint)(left0 ? -m : m), passes & before);
+      short* jumps = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
+      vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
     }
   }
   return true;
