@@ -657,20 +657,28 @@ struct Renderer::State {
     return {first, last};
   }
 
-  /// A plane of tints for each light with a texture, of no own tint yet. Returns their numbers, -1 for lights without.
-  std::vector<cl_int> make_tints(std::size_t pixels) {
+  /// Of each light the number of its plane of tints, -1 for those without a texture.
+  std::vector<cl_int> tint_planes() const {
     std::vector<cl_int> planes;
     cl_int count = 0;
     for (const Light& light : scene.lights) planes.push_back(light.texture ? count++ : -1);
-    if (count == 0) return planes;
-    const std::size_t bytes = static_cast<std::size_t>(count) * pixels * sizeof(cl_float4);
-    zero(tints.at_least(*device, bytes, "tints of textured lights"), bytes);
     return planes;
   }
 
-  /// Every pass of one light over a G-buffer.
+  std::size_t tints_bytes() const {
+    return static_cast<std::size_t>(
+               std::ranges::count_if(scene.lights, [](const Light& light) { return light.texture != nullptr; })) *
+           pixels_of(camera_list->view) * sizeof(cl_float4);
+  }
+
+  /// Every pass of one light over a G-buffer. `tints`: as enqueue_visibility has them, or none.
   void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const cl::Buffer& out, cl_uint plane,
-                       const Tints& tinting = {}) {
+                       const cl::Buffer& tints) {
+    const Tints tinting{tints, tints() ? tint_planes()[light] : -1};
+    if (tinting.plane >= 0) {
+      const std::size_t bytes = pixels_of(camera_list->view) * sizeof(cl_float4);
+      device->cl_queue.enqueueFillBuffer(tints, 0.0f, static_cast<std::size_t>(tinting.plane) * bytes, bytes);
+    }
     const std::span<LightFace> own = faces_of_light(light);
     for (LightFace& face : own)
       face.fitted =
@@ -740,20 +748,22 @@ struct Renderer::State {
                                          row + offsetof(LightCounters, feature_refs), sizeof(cl_uint));
   }
 
-  /// `tint_planes`: of each light, -1 for none; empty: of none.
-  void draw_shade(const GBuffer& gbuffer, const cl::Buffer& planes, const cl::Buffer& out,
-                  const std::vector<cl_int>& tint_planes = {}) {
+  /// `tints`: as enqueue_visibility has them, or none.
+  void draw_shade(const GBuffer& gbuffer, const cl::Buffer& planes, const cl::Buffer& out, const cl::Buffer& tints) {
     label = "camera";
     std::vector<HsShadeLight> lights;
     for (const Light& light : scene.lights) lights.push_back(shade_light(scene.camera, light));
-    for (std::size_t i = 0; i < tint_planes.size(); ++i) lights[i].tint_plane = tint_planes[i];
+    if (tints()) {
+      const std::vector<cl_int> own = tint_planes();
+      for (std::size_t i = 0; i < own.size(); ++i) lights[i].tint_plane = own[i];
+    }
     const cl_float4 ambient{{scene.ambient.x, scene.ambient.y, scene.ambient.z, 0.0f}};
     const bool has_depth = gbuffer.depth != nullptr, has_colors = gbuffer.base_color != nullptr;
     launch_pixels("shade", gbuffer.resolution, static_cast<cl_uint>(lights.size()), buffer_of(*device, lights, "lights"), ambient,
                   shade_view(scene.camera, has_depth), cl::Buffer(has_depth ? gbuffer.depth : gbuffer.position, true),
                   cl::Buffer(gbuffer.normal, true), has_colors ? cl::Buffer(gbuffer.base_color, true) : cl::Buffer(),
-                  has_colors ? cl::Buffer() : cl::Buffer(gbuffer.face, true), resident.face_meshes, materials, planes,
-                  tints.get(), out);
+                  has_colors ? cl::Buffer() : cl::Buffer(gbuffer.face, true), resident.face_meshes, materials, planes, tints,
+                  out);
   }
 
   // ------------------------------------------------------------------------------------------------------------- checks
@@ -833,6 +843,11 @@ auto guarded(std::string_view caller, F&& f) {
   }
 }
 
+/// A caller's buffer, or none.
+cl::Buffer retained(cl_mem buffer) {
+  return buffer ? cl::Buffer(buffer, true) : cl::Buffer();
+}
+
 template <class T>
 std::vector<T> read(const cl::CommandQueue& queue, const cl::Buffer& buffer, std::size_t count, std::size_t offset_bytes = 0) {
   std::vector<T> values(count);
@@ -888,7 +903,7 @@ GBuffer Renderer::enqueue_gbuffer() {
 }
 
 void Renderer::enqueue_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, cl_mem visibility,
-                                  std::size_t plane, std::span<const cl_event> wait, cl_event* done) {
+                                  std::size_t plane, cl_mem tints, std::span<const cl_event> wait, cl_event* done) {
   State& s = *state_;
   s.require_scene("enqueue_visibility");
   s.check(settings, "enqueue_visibility");
@@ -898,13 +913,14 @@ void Renderer::enqueue_visibility(const GBuffer& gbuffer, std::size_t light, con
   State::check(settings, s.scene.lights[light], "enqueue_visibility");
   State::check_plane(visibility, (plane + 1) * pixels_of(s.camera_list->view) * sizeof(cl_float), "visibility",
                      "enqueue_visibility");
+  if (tints) State::check_plane(tints, s.tints_bytes(), "tints", "enqueue_visibility");
   guarded("enqueue_visibility", [&] {
     if (!wait.empty()) {
       if (const cl_int code =
               clEnqueueBarrierWithWaitList(s.device->cl_queue(), static_cast<cl_uint>(wait.size()), wait.data(), nullptr))
         throw cl::Error(code, "clEnqueueBarrierWithWaitList");
     }
-    s.draw_visibility(gbuffer, light, settings, cl::Buffer(visibility, true), static_cast<cl_uint>(plane));
+    s.draw_visibility(gbuffer, light, settings, cl::Buffer(visibility, true), static_cast<cl_uint>(plane), retained(tints));
     if (done) {
       if (const cl_int code = clEnqueueMarkerWithWaitList(s.device->cl_queue(), 0, nullptr, done))
         throw cl::Error(code, "clEnqueueMarkerWithWaitList");
@@ -912,7 +928,7 @@ void Renderer::enqueue_visibility(const GBuffer& gbuffer, std::size_t light, con
   });
 }
 
-void Renderer::enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb) {
+void Renderer::enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb, cl_mem tints) {
   State& s = *state_;
   s.require_scene("enqueue_shade");
   s.check(gbuffer, "enqueue_shade");
@@ -921,7 +937,8 @@ void Renderer::enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem r
                      "base colour or face", "enqueue_shade");
   State::check_plane(visibility, std::max<std::size_t>(1, s.scene.lights.size()) * pixels * 4, "visibility", "enqueue_shade");
   State::check_plane(rgb, pixels * 16, "rgb", "enqueue_shade");
-  guarded("enqueue_shade", [&] { s.draw_shade(gbuffer, cl::Buffer(visibility, true), cl::Buffer(rgb, true)); });
+  if (tints) State::check_plane(tints, s.tints_bytes(), "tints", "enqueue_shade");
+  guarded("enqueue_shade", [&] { s.draw_shade(gbuffer, cl::Buffer(visibility, true), cl::Buffer(rgb, true), retained(tints)); });
 }
 
 void Renderer::render(const Settings& settings) {
@@ -941,11 +958,12 @@ void Renderer::render(const Settings& settings) {
     s.rgb.at_least(*s.device, pixels * sizeof(cl_float4), "shaded picture");
 
     const GBuffer gbuffer = s.draw_gbuffer();
-    const std::vector<cl_int> tint_planes = s.make_tints(pixels);
+    const std::size_t tints_bytes = s.tints_bytes();
+    const cl::Buffer tints =
+        tints_bytes > 0 ? s.tints.at_least(*s.device, tints_bytes, "tints of textured lights") : cl::Buffer();
     for (std::size_t light = 0; light < s.scene.lights.size(); ++light)
-      s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light),
-                        {s.tints.get(), tint_planes[light]});
-    s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get(), tint_planes);
+      s.draw_visibility(gbuffer, light, settings, s.visibility.get(), static_cast<cl_uint>(light), tints);
+    s.draw_shade(gbuffer, s.visibility.get(), s.rgb.get(), tints);
     s.device->cl_queue.finish();
     s.rendered = settings;
 

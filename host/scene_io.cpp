@@ -332,10 +332,12 @@ Light read_light(const Node& node, std::string default_name, const std::filesyst
 
 // ---- animation --------------------------------------------------------------------------------------------------------------
 
-/// A property that a track may set: nothing, a vector or a scalar of the scene (const if that is).
+template <class S, class T>
+using MemberOf = std::conditional_t<std::is_const_v<S>, const T*, T*>;
+
+/// A property that a track may set: nothing, a vector, a pair or a scalar of the scene (const if that is).
 template <class S>
-using Property = std::variant<std::monostate, std::conditional_t<std::is_const_v<S>, const glm::dvec3*, glm::dvec3*>,
-                              std::conditional_t<std::is_const_v<S>, const double*, double*>>;
+using Property = std::variant<std::monostate, MemberOf<S, glm::dvec3>, MemberOf<S, glm::dvec2>, MemberOf<S, double>>;
 
 /// Calls `visit(object, member, property)` for everything in `scene` that a track may set.
 template <class S, class Visit>
@@ -353,7 +355,8 @@ void for_each_property(S& scene, Visit&& visit) {
     };
     visit_own("position", &light.position);
     visit_own("target", &light.target);
-    visit_own("radius", &light.radius);
+    if (light.shape == LightShape::disc) visit_own("radius", &light.radius);
+    if (light.shape == LightShape::rectangle) visit_own("size", &light.size);
     visit_own("direction", &light.direction);
     visit_own("angular_radius_deg", &light.angular_radius_deg);
     visit(light.name, "intensity", Property<S>(&light.intensity));
@@ -378,7 +381,7 @@ Property<S> property_of(S& scene, std::string_view target, std::string_view wher
   });
   throw InputError(
       fmt::format("{}: expected <mesh>.translation|rotation_deg|scale, camera.position|target or "
-                  "<light>.intensity or what its type has of position|target|radius|direction|angular_radius_deg (found {}){}",
+                  "<light>.intensity or what it has of position|target|radius|size|direction|angular_radius_deg (found {}){}",
                   where, shown(target), suggestion(target, known)));
 }
 
@@ -396,11 +399,17 @@ Animation read_animation(const Node& node, const Scene& scene, std::string_view 
     Track& track = animation.tracks.emplace_back();
     track_node.require("target", track.target);
     const auto where = fmt::format("{}: animation.tracks[{}].target", file, animation.tracks.size() - 1);
-    const bool is_scalar = std::holds_alternative<const double*>(property_of(scene, track.target, where));
+    const auto property = property_of(scene, track.target, where);
+    const bool is_scalar = std::holds_alternative<const double*>(property);
+    const bool is_pair = std::holds_alternative<const glm::dvec2*>(property);
     for (const Node& key_node : track_node.at("keys").items()) {
-      const auto parts = key_node.items(2, is_scalar ? "[frame, number]" : "[frame, [x, y, z]]");
+      const auto parts = key_node.items(2, is_scalar ? "[frame, number]"
+                                           : is_pair ? "[frame, [width, height]]"
+                                                     : "[frame, [x, y, z]]");
       const double frame = parts[0].as<double>();
-      const auto value = is_scalar ? glm::dvec3(parts[1].as<double>(), 0.0, 0.0) : parts[1].as<glm::dvec3>();
+      const auto value = is_scalar ? glm::dvec3(parts[1].as<double>(), 0.0, 0.0)
+                         : is_pair ? glm::dvec3(parts[1].as<glm::dvec2>(), 0.0)
+                                   : parts[1].as<glm::dvec3>();
       track.keys.push_back({frame, value});
     }
   }
@@ -469,6 +478,11 @@ struct Checker {
     expect(std::isfinite(value) && value >= 0.0, member, value, "a finite number of at least 0");
   }
 
+  void size(std::string_view member, const glm::dvec2& value) const {
+    expect(std::isfinite(value.x) && std::isfinite(value.y) && value.x >= 0.0 && value.y >= 0.0, member, value,
+           "two finite numbers of at least 0");
+  }
+
   void angle(std::string_view member, double value_deg) const {
     expect(value_deg > 0.0 && value_deg < max_angle_deg, member, value_deg, "an angle above 0 and below 175 degrees");
   }
@@ -535,6 +549,7 @@ void check_track(const Checker& at, const Track& track, const Scene& scene) {
     if (member == "scale") at.scale(key_member, key.value);
     if (member == "radius" || member == "intensity") at.radius(key_member, key.value.x);
     if (member == "angular_radius_deg") at.angular_radius(key_member, key.value.x);
+    if (member == "size") at.size(key_member, glm::dvec2(key.value));
   }
 }
 
@@ -598,9 +613,7 @@ void validate(const Scene& scene, std::string_view where) {
               "a finite number of at least 0");
     if (light.type != LightType::spot && light.shape != LightShape::disc)
       at.fail("shape", "the shape of a spot", "a rectangle of another type");
-    const glm::dvec2& size = light.size;
-    at.expect(std::isfinite(size.x) && std::isfinite(size.y) && size.x >= 0.0 && size.y >= 0.0, "size", size,
-              "two finite numbers of at least 0");
+    at.size("size", light.size);
     if (light.texture) check_texture(at, light);
   }
   Checker{where, ""}.color("ambient", scene.ambient);
@@ -652,6 +665,7 @@ Scene scene_at_frame(const Scene& scene, int frame) {
     const glm::dvec3 value = value_at(track, frame);
     const auto property = property_of(result, track.target, "animation track");
     if (auto* const vector = std::get_if<glm::dvec3*>(&property)) **vector = value;
+    if (auto* const pair = std::get_if<glm::dvec2*>(&property)) **pair = value;
     if (auto* const scalar = std::get_if<double*>(&property)) **scalar = value.x;
   }
   return result;

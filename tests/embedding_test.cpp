@@ -123,6 +123,57 @@ TEST_F(Embedding, OurOwnGBufferOnTheirQueueIsTheSameToo) {
   EXPECT_TRUE(std::equal(shaded.begin(), shaded.end(), &frame_.rgb[0].x));
 }
 
+TEST_F(Embedding, TexturedLightsHaveTheirColoursToo) {
+  const auto picture = [](std::vector<glm::vec3> texels) {
+    return std::make_shared<LightTexture>(LightTexture{"test", {2, 1}, std::move(texels)});
+  };
+  Scene scene = scene_;  // the first light stays a disc
+  scene.lights[1].shape = LightShape::rectangle;
+  scene.lights[1].size = {1.5, 1.5};
+  scene.lights[1].texture = picture({{2, 0, 0}, {0, 0, 6}});
+  scene.lights.push_back(scene.lights[1]);
+  scene.lights[2].name = "third";
+  scene.lights[2].position = {3, 5, 2};
+  scene.lights[2].texture = picture({{0, 3, 0}, {1, 1, 1}});
+  scene.ambient = glm::vec3(0.0f);
+  for (const Method method : {Method::exact, Method::light_samples}) {
+    const Settings settings{.method = method, .light_resolution_px = 256, .samples = 64};
+    Renderer ours(test_device());
+    ours.set_scene(scene);
+    ours.render(settings);
+    const Frame expected = ours.read_frame();
+    std::vector<glm::vec4> sum(pixels_);
+    for (const Light& light : scene.lights) {
+      Scene one = scene;
+      one.lights = {light};
+      ours.set_scene(one);
+      ours.render(settings);
+      const Frame part = ours.read_frame();
+      for (std::size_t i = 0; i < pixels_; ++i) sum[i] += part.rgb[i];
+    }
+    for (std::size_t i = 0; i < pixels_; ++i)
+      ASSERT_LT(glm::distance(glm::vec3(sum[i]), glm::vec3(expected.rgb[i])), 1e-4f) << name_of(method) << i;
+
+    const Host host;
+    Renderer renderer(Device::adopt(host.context(), host.queue()));
+    renderer.set_scene(scene);
+    const cl::Buffer visibility = host.plane(3 * pixels_), tints = host.plane(2 * 4 * pixels_), rgb = host.plane(4 * pixels_);
+    const GBuffer gbuffer = renderer.enqueue_gbuffer();
+    for (const std::size_t light : {2, 0, 1}) renderer.enqueue_visibility(gbuffer, light, settings, visibility(), light, tints());
+    renderer.enqueue_shade(gbuffer, visibility(), rgb(), tints());
+    const std::vector<float> colours = host.read(rgb, 4 * pixels_);
+    EXPECT_TRUE(std::equal(colours.begin(), colours.end(), &expected.rgb[0].x)) << name_of(method);
+    const std::vector<float> written = host.read(tints, 2 * 4 * pixels_);
+    EXPECT_EQ(std::ranges::count(written, -1.0f), 0) << "planes are written whole";
+
+    renderer.enqueue_shade(gbuffer, visibility(), rgb());
+    const std::vector<float> mean = host.read(rgb, 4 * pixels_);
+    std::size_t differing = 0;
+    for (std::size_t i = 0; i < pixels_; ++i) differing += std::abs(mean[4 * i] - colours[4 * i]) > 0.01f;
+    EXPECT_GT(differing, 50u) << name_of(method);
+  }
+}
+
 TEST_F(Embedding, OnlyItsPlaneIsWritten) {
   const Host host;
   Renderer renderer(Device::adopt(host.context(), host.queue()));
@@ -157,7 +208,7 @@ TEST_F(Embedding, EnqueueingNeitherWaitsNorRunsAhead) {
     }
   });
   cl_event done = nullptr;
-  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 0, wait, &done);
+  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 0, nullptr, wait, &done);
   {
     const std::lock_guard lock(mutex);
     has_returned = true;
@@ -247,6 +298,15 @@ TEST_F(Embedding, WrongBuffersAreInputErrors) {
   bad.base_color = normal();
   expect_error<InputError>([&] { renderer.enqueue_shade(bad, small(), rgb()); }, {"visibility"});
   expect_error<InputError>([&] { renderer.enqueue_shade(bad, visibility(), small()); }, {"rgb"});
+  Scene textured = scene_;
+  textured.lights[0].shape = LightShape::rectangle;
+  textured.lights[0].size = {1, 1};
+  textured.lights[0].texture = std::make_shared<LightTexture>(LightTexture{"test", {1, 1}, {glm::vec3(1)}});
+  renderer.set_scene(textured);
+  expect_error<InputError>([&] { renderer.enqueue_shade(bad, visibility(), rgb(), small()); }, {"tints"});
+  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 0, {.method = Method::exact}, visibility(), 0, small()); },
+                           {"tints"});
+  renderer.set_scene(scene_);
 
   renderer.enqueue_visibility(good, 0, settings_, visibility());  // and it works on
   EXPECT_EQ(host.read(visibility, pixels_), frame_.visibility[0]);

@@ -87,6 +87,21 @@ TEST_F(SceneFile, ALightCanBeARectangleWithATexture) {
   EXPECT_EQ(scene.lights[0].texture, picture);
 }
 
+TEST_F(SceneFile, ARectanglesSizeIsAnimatedAndADiscsRadius) {
+  const auto animated = [&](const std::string& member, const Json& keys) {
+    json_["animation"] = {{"tracks", {{{"target", "light0." + member}, {"keys", keys}}}}};
+    return json_.dump();
+  };
+  refuse_text(animated("size", {{1, {1, 2}}}), {"animation.tracks[0].target", "light0.size"});
+  json_["lights"][0].erase("radius");
+  json_["lights"][0].update({{"shape", "rectangle"}, {"size", {1, 2}}});
+  refuse_text(animated("radius", {{1, 2}}), {"animation.tracks[0].target", "light0.radius"});
+  refuse_text(animated("size", {{1, 2}}), {"animation.tracks[0].keys[0]", "two numbers"});
+  refuse_text(animated("size", {{1, {1, 2}}, {2, {1, -2}}}), {"animation.tracks[0].keys[1]", "at least 0", "[1, -2]"});
+  animated("size", {{1, {1, 2}}, {3, {3, 0}}});
+  EXPECT_EQ(scene_at_frame(load(), 2).lights[0].size, glm::dvec2(2, 1));
+}
+
 TEST_F(SceneFile, RefusesShapesThatAreNone) {
   refuse("/lights/0/shape", "rectangel", {"lights[0].shape", "disc, rectangle", "did you mean \"rectangle\""});
   refuse("/lights/0/size", {1, 2}, {"lights[0].size", "none for a disc"});
@@ -196,7 +211,7 @@ TEST_F(SceneFile, KeysAndValuesThatALightTypeDoesNotHaveAreRefused) {
   for (const double angle : {-0.1, 45.0, 90.0})
     refuse("/lights/0/angular_radius_deg", angle, {": lights[0].angular_radius_deg: ", "below 45"});
   refuse("/animation", {{"tracks", {{{"target", "light0.position"}, {"keys", {{1, {0, 0, 0}}}}}}}},
-         {": animation.tracks[0].target: ", "what its type has of"});
+         {": animation.tracks[0].target: ", "what it has of"});
   refuse("/animation", {{"tracks", {{{"target", "light0.angular_radius_deg"}, {"keys", {{1, 50}}}}}}},
          {": animation.tracks[0].keys[0]: ", "below 45"});
   json_["lights"] = Json::parse(R"([{"type": "directional"}])");

@@ -141,12 +141,12 @@ std::string_view name_of(LightType type);  ///< as in scene files
 
 /// One animated property, linear between keys, held before the first and after the last.
 struct Track {
-  /// "<mesh>.translation|rotation_deg|scale", "camera.position|target", "<light>.intensity", and of a light what its type has of
-  /// position, target, radius, direction and angular_radius_deg.
+  /// "<mesh>.translation|rotation_deg|scale", "camera.position|target", "<light>.intensity", and of a light what it has of
+  /// position, target, radius, size, direction and angular_radius_deg.
   std::string target;
   struct Key {
     double frame;
-    glm::dvec3 value;  ///< scalars use x
+    glm::dvec3 value;  ///< scalars use x, sizes x and y
   };
   std::vector<Key> keys;  ///< ascending frames
 };
@@ -366,15 +366,18 @@ class Renderer {
   GBuffer enqueue_gbuffer();
 
   /// Enqueues the visibility of one light over a G-buffer, ours or the caller's: every pass from meshes to the finished plane.
-  /// `visibility`: float a pixel, one plane behind the other; plane number `plane` is written whole. The commands go to the
-  /// device's queue after `wait`; nothing is read back, finished or flushed. `done`, if not null, receives an event that the
-  /// caller releases.
+  /// `visibility`: float a pixel, one plane behind the other; plane number `plane` is written whole. `tints`, if not null, is for
+  /// the colours of textured lights: float4 a pixel, one plane a light that has a texture, in the scene's order. This light's is
+  /// written whole if it has one: where w = 1, xyz is how much of each channel of the whole light is seen (methods exact and
+  /// light_samples, in penumbrae); where w = 0 it is as much of each, the visibility. The commands go to the device's queue
+  /// after `wait`; nothing is read back, finished or flushed. `done`, if not null, receives an event that the caller releases.
   void enqueue_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, cl_mem visibility,
-                          std::size_t plane = 0, std::span<const cl_event> wait = {}, cl_event* done = nullptr);
+                          std::size_t plane = 0, cl_mem tints = nullptr, std::span<const cl_event> wait = {},
+                          cl_event* done = nullptr);
 
   /// Enqueues shading of a G-buffer with one visibility plane a light, in the scene's order, into `rgb` (float4 a pixel, w = 1
-  /// where something is seen). A textured light has its mean colour.
-  void enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb);
+  /// where something is seen). `tints`: of all textured lights as enqueue_visibility wrote them; null: each has its mean colour.
+  void enqueue_shade(const GBuffer& gbuffer, cl_mem visibility, cl_mem rgb, cl_mem tints = nullptr);
 
   /// Copies of the last frame that `render` drew; waits.
   Frame read_frame();
