@@ -22,10 +22,14 @@
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
+#define HS_DIRECTIONS 64
 
 typedef struct {
-  float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers; the last repeats to a whole vector
+  float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
+  ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
   int count;
+  float way_x[HS_LANES], way_y[HS_LANES], way_z[HS_LANES];  // of each vector of receivers the middle of its unit ways' bounds,
+  float way_half_x[HS_LANES], way_half_y[HS_LANES], way_half_z[HS_LANES];  //   and half their size; twice, one after the other
   ushort pair_edge[HS_PAIRS + HS_MAX_SAMPLES],
       pair_slot[HS_PAIRS + HS_MAX_SAMPLES];  // edges, ascending, and the samples that they may pass over
   int pair_count;
@@ -60,6 +64,68 @@ HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float 
   const vfloat lt = l * v_select(low_t, high_t, l < 0.0f), ht = h * v_select(high_t, low_t, h < 0.0f);
   *low = low_a + lt - (fabs(low_a) + fabs(lt)) * 2e-6f - slack;
   *high = high_a + ht + (fabs(high_a) + fabs(ht)) * 2e-6f + slack;
+}
+
+// Puts the receivers of a group into the sweep, sorted by the direction in which they lie from the first one: an edge is passed
+// by few ways, and these then are in few vectors.
+void load_swept(const Batch* batch, const Region* region, int first, int count, Sweep* sweep) {
+  // Directions in the plane in which the group is widest.
+  const float3 size = region->half_size;
+  const bool across_x = size.x <= fmin(size.y, size.z), across_y = !across_x && size.y <= size.z;
+  const float* us = (across_x ? batch->y : batch->x) + first;
+  const float* vs = (across_x || across_y ? batch->z : batch->y) + first;
+  int places[HS_GROUP], next[HS_DIRECTIONS + 1];
+  for (int i = 0; i <= HS_DIRECTIONS; ++i) next[i] = 0;
+  for (int i = 0; i < count; i += HS_LANES) {
+    const vfloat turn = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]);
+    v_store(min(v_int(turn * (HS_DIRECTIONS / 4.0f)), HS_DIRECTIONS - 1), places + i);
+  }
+  for (int i = 1; i < count; ++i) ++next[places[i] + 1];
+  next[0] = 1;
+  for (int i = 1; i <= HS_DIRECTIONS; ++i) next[i] += next[i - 1];
+  sweep->order[0] = 0;
+  for (int i = 1; i < count; ++i) sweep->order[next[places[i]]++] = (ushort)i;
+
+  sweep->count = count;
+  for (int i = 0; i < (count + HS_LANES - 1) / HS_LANES * HS_LANES; ++i) {
+    const int k = first + sweep->order[min(i, count - 1)];
+    sweep->x[i] = batch->x[k];
+    sweep->y[i] = batch->y[k];
+    sweep->z[i] = batch->z[k];
+  }
+  for (int v = 0; v < HS_GROUP_VECTORS; ++v) {
+    const int i = min(v * HS_LANES, (count - 1) / HS_LANES * HS_LANES);
+    const vfloat dx = v_load(sweep->x + i) - sweep->x[0], dy = v_load(sweep->y + i) - sweep->y[0],
+                 dz = v_load(sweep->z + i) - sweep->z[0];
+    const vfloat length = sqrt(dx * dx + dy * dy + dz * dz);
+    const vint none = length == 0.0f;
+    const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none), high = (vfloat)(1.0f);
+    const float low_x = v_least(v_select(dx * to_unit, high, none)), high_x = -v_least(v_select(-dx * to_unit, high, none)),
+                low_y = v_least(v_select(dy * to_unit, high, none)), high_y = -v_least(v_select(-dy * to_unit, high, none)),
+                low_z = v_least(v_select(dz * to_unit, high, none)), high_z = -v_least(v_select(-dz * to_unit, high, none));
+    const float slack = 1e-5f;
+    for (int k = v; k < HS_LANES; k += HS_GROUP_VECTORS) {
+      sweep->way_x[k] = 0.5f * (low_x + high_x);
+      sweep->way_y[k] = 0.5f * (low_y + high_y);
+      sweep->way_z[k] = 0.5f * (low_z + high_z);
+      sweep->way_half_x[k] = 0.5f * (high_x - low_x) + slack;
+      sweep->way_half_y[k] = 0.5f * (high_y - low_y) + slack;
+      sweep->way_half_z[k] = 0.5f * (high_z - low_z) + slack;
+    }
+  }
+}
+
+// Which vectors of receivers an edge may be passed by: ways for which its ends are on different sides of the plane through sample
+// and way, or for which that is not sure. m_a, m_b: see sum_jumps.
+HS_INLINE uint vectors_between(const Sweep* sweep, float3 m_a, float3 m_b) {
+  const vfloat x = (vfloat)((float8)(m_a.x), (float8)(m_b.x)), y = (vfloat)((float8)(m_a.y), (float8)(m_b.y)),
+               z = (vfloat)((float8)(m_a.z), (float8)(m_b.z));
+  const vfloat middle = x * v_load(sweep->way_x) + y * v_load(sweep->way_y) + z * v_load(sweep->way_z);
+  const vfloat reach =
+      fabs(x) * v_load(sweep->way_half_x) + fabs(y) * v_load(sweep->way_half_y) + fabs(z) * v_load(sweep->way_half_z);
+  const uint above = lane_bits(middle > reach), below = lane_bits(middle < -reach);
+  const uint same = (above & above >> HS_GROUP_VECTORS) | (below & below >> HS_GROUP_VECTORS);
+  return ~same & ((1u << (sweep->count + HS_LANES - 1) / HS_LANES) - 1u);
 }
 
 // An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
@@ -177,7 +243,7 @@ HS_INLINE float3 cross3(float3 a, float3 b) {
 
 // Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
 bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, int first, Sweep* sweep) {
-  const int n = (int)disc.sample_count, vectors = (sweep->count + HS_LANES - 1) / HS_LANES;
+  const int n = (int)disc.sample_count;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
   int projected = -1;  // the vector of edges that these are of, as p0 sees them
@@ -209,7 +275,8 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
                            ? s.x * HS_FLOAT_LANE(ey0, lane) - s.y * HS_FLOAT_LANE(ex0, lane) <= HS_FLOAT_LANE(c0, lane)
                            : from0 > 0.0f;
     const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
-    for (int v = 0; v < vectors; ++v) {
+    for (uint between = vectors_between(sweep, m_a, m_b); between != 0; between &= between - 1) {
+      const int v = first_lane(between);
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
       const vfloat from = along_axis(n_s, px - a.x, py - a.y, pz - a.z);

@@ -171,13 +171,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, HS_MOST_PAIRS(list_count, count),
                   sweep))
     return false;
-  sweep->count = count;
-  for (int i = 0; i < (count + HS_LANES - 1) / HS_LANES * HS_LANES; ++i) {
-    const int k = first + min(i, count - 1);
-    sweep->x[i] = w->batch.x[k];
-    sweep->y[i] = w->batch.y[k];
-    sweep->z[i] = w->batch.z[k];
-  }
+  load_swept(&w->batch, region, first, count, sweep);
   if (first < w->faces.first || first + count > w->faces.end) {
     find_near_faces(casters, region, tile, first, first + count, &w->faces);
     if (w->faces.end == 0) return false;
@@ -196,7 +190,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   int negative[HS_GROUP];
   see_by_sweep(casters->disc, sweep, w->base, seen, negative);
   for (int i = 0; i < count; ++i) {
-    const uint pixel = w->batch.pixel[first + i];
+    const uint pixel = w->batch.pixel[first + sweep->order[i]];
     if (casters->disc.tinted || sweep->crossed_count[i] > 0) {
       counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->planes, i, w->counts);
       answer_by_counts(casters, answers, pixel, w->counts, 0);
