@@ -10,28 +10,29 @@
 //          over edges whose ends lie on different sides of the plane through s, p0 and p, and that meet it before the way does
 //   F(s) = sum over faces that the way goes through of +1 where s is on p0's side of them, -1 where it is on p's
 //
-// The side of s is the very expression that the walk over the edges decides by, and which side of that plane a vertex lies on is
-// decided for the vertex, whichever edge asks: neighbours are told what the walk would have told them. An edge that nearly meets
-// the way itself leaves the group to the walk. Cost follows what moves before the light's samples, not receivers times edges.
+// Which side of an edge s is on is the sign of a triple product, and where that is as small as rounding the very expression that
+// the walk over the edges decides by; which side of that plane a vertex lies on is decided for the vertex, whichever edge asks:
+// neighbours are told what the walk would have told them. An edge that nearly meets the way itself leaves the group to the walk.
+// Cost follows what moves before the light's samples, not receivers times edges.
 
 #if HS_LANES == 16
 #define HS_PAIRS 4096
+#define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES)
 #define HS_SLOTS 256
-// Pairs that the first edges of a list may have for the whole list not to have more than `most`, if it goes on like that.
-#define HS_SOON_TOO_MANY(most, done, count) (most)
-#define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
+#define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)  // a float8
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
 #define HS_DIRECTIONS 64
+#define HS_UNSURE 1e-5f  // of the product of lengths; ten times less than what would cost time
 
 typedef struct {
   float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
   ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
   int count;
-  float way_x[HS_LANES], way_y[HS_LANES], way_z[HS_LANES];  // of each vector of receivers the middle of its unit ways' bounds,
-  float way_half_x[HS_LANES], way_half_y[HS_LANES], way_half_z[HS_LANES];  //   and half their size; twice, one after the other
-  ushort pair_edge[HS_PAIRS + HS_MAX_SAMPLES],
-      pair_slot[HS_PAIRS + HS_MAX_SAMPLES];  // edges, ascending, and the samples that they may pass over
+  // Of the unit ways to each vector of receivers: the middle of their bounds, and half the bounds' size.
+  float way_x[HS_GROUP_VECTORS], way_y[HS_GROUP_VECTORS], way_z[HS_GROUP_VECTORS];
+  float way_half_x[HS_GROUP_VECTORS], way_half_y[HS_GROUP_VECTORS], way_half_z[HS_GROUP_VECTORS];
+  ushort pair_edge[HS_PAIR_ROOM], pair_slot[HS_PAIR_ROOM];  // edges, ascending, and the samples that they may pass over
   int pair_count;
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
   ushort sample_of[HS_SLOTS];
@@ -66,6 +67,14 @@ HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float 
   *high = high_a + ht + (fabs(high_a) + fabs(ht)) * 2e-6f + slack;
 }
 
+// Bounds of a coordinate of unit vectors, but for those that are `none`. Wider than rounding may turn them.
+HS_INLINE void bound_ways(vfloat u, vint none, float* middle, float* half_size) {
+  const vfloat most = (vfloat)(1.0f);
+  const float low = v_least(v_select(u, most, none)), high = -v_least(v_select(-u, most, none));
+  *middle = 0.5f * (low + high);
+  *half_size = 0.5f * (high - low) + 1e-5f;
+}
+
 // Puts the receivers of a group into the sweep, sorted by the direction in which they lie from the first one: an edge is passed
 // by few ways, and these then are in few vectors.
 void load_swept(const Batch* batch, const Region* region, int first, int count, Sweep* sweep) {
@@ -77,8 +86,8 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   int places[HS_GROUP], next[HS_DIRECTIONS + 1];
   for (int i = 0; i <= HS_DIRECTIONS; ++i) next[i] = 0;
   for (int i = 0; i < count; i += HS_LANES) {
-    const vfloat turn = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]);
-    v_store(min(v_int(turn * (HS_DIRECTIONS / 4.0f)), HS_DIRECTIONS - 1), places + i);
+    const vfloat place = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]) * (HS_DIRECTIONS / 4.0f);
+    v_store(v_int(fmin(fmax(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
   }
   for (int i = 1; i < count; ++i) ++next[places[i] + 1];
   next[0] = 1;
@@ -99,30 +108,23 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
                  dz = v_load(sweep->z + i) - sweep->z[0];
     const vfloat length = sqrt(dx * dx + dy * dy + dz * dz);
     const vint none = length == 0.0f;
-    const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none), high = (vfloat)(1.0f);
-    const float low_x = v_least(v_select(dx * to_unit, high, none)), high_x = -v_least(v_select(-dx * to_unit, high, none)),
-                low_y = v_least(v_select(dy * to_unit, high, none)), high_y = -v_least(v_select(-dy * to_unit, high, none)),
-                low_z = v_least(v_select(dz * to_unit, high, none)), high_z = -v_least(v_select(-dz * to_unit, high, none));
-    const float slack = 1e-5f;
-    for (int k = v; k < HS_LANES; k += HS_GROUP_VECTORS) {
-      sweep->way_x[k] = 0.5f * (low_x + high_x);
-      sweep->way_y[k] = 0.5f * (low_y + high_y);
-      sweep->way_z[k] = 0.5f * (low_z + high_z);
-      sweep->way_half_x[k] = 0.5f * (high_x - low_x) + slack;
-      sweep->way_half_y[k] = 0.5f * (high_y - low_y) + slack;
-      sweep->way_half_z[k] = 0.5f * (high_z - low_z) + slack;
-    }
+    const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none);
+    bound_ways(dx * to_unit, none, sweep->way_x + v, sweep->way_half_x + v);
+    bound_ways(dy * to_unit, none, sweep->way_y + v, sweep->way_half_y + v);
+    bound_ways(dz * to_unit, none, sweep->way_z + v, sweep->way_half_z + v);
   }
 }
 
 // Which vectors of receivers an edge may be passed by: ways for which its ends are on different sides of the plane through sample
 // and way, or for which that is not sure. m_a, m_b: see sum_jumps.
 HS_INLINE uint vectors_between(const Sweep* sweep, float3 m_a, float3 m_b) {
-  const vfloat x = (vfloat)((float8)(m_a.x), (float8)(m_b.x)), y = (vfloat)((float8)(m_a.y), (float8)(m_b.y)),
-               z = (vfloat)((float8)(m_a.z), (float8)(m_b.z));
-  const vfloat middle = x * v_load(sweep->way_x) + y * v_load(sweep->way_y) + z * v_load(sweep->way_z);
-  const vfloat reach =
-      fabs(x) * v_load(sweep->way_half_x) + fabs(y) * v_load(sweep->way_half_y) + fabs(z) * v_load(sweep->way_half_z);
+  const float8 x = vload8(0, sweep->way_x), y = vload8(0, sweep->way_y), z = vload8(0, sweep->way_z);
+  const float8 half_x = vload8(0, sweep->way_half_x), half_y = vload8(0, sweep->way_half_y),
+               half_z = vload8(0, sweep->way_half_z);
+  const float3 size_a = fabs(m_a), size_b = fabs(m_b);
+  const vfloat middle = (vfloat)(m_a.x * x + m_a.y * y + m_a.z * z, m_b.x * x + m_b.y * y + m_b.z * z);
+  const vfloat reach = (vfloat)(size_a.x * half_x + size_a.y * half_y + size_a.z * half_z,
+                                size_b.x * half_x + size_b.y * half_y + size_b.z * half_z);
   const uint above = lane_bits(middle > reach), below = lane_bits(middle < -reach);
   const uint same = (above & above >> HS_GROUP_VECTORS) | (below & below >> HS_GROUP_VECTORS);
   return ~same & ((1u << (sweep->count + HS_LANES - 1) / HS_LANES) - 1u);
@@ -137,7 +139,8 @@ HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat
   return m + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
 }
 
-// Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are more than `most`.
+// Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are, or seem to
+// become, many more than `most`.
 bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count,
                 int most, Sweep* sweep) {
   const int n = (int)disc.sample_count, grid = (int)disc.cells_across;
@@ -193,6 +196,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const uint reach_bits = lane_bits(reaches);
     if (reach_bits == 0) continue;
 
+    // So many are not yet too many, if the rest of the list is like its beginning.
     const int allowed = min(256 + most / 4 + (int)((float)most * (float)(i - first) / (float)count), HS_PAIRS);
     // As numbers that may be too large for integers, first.
     const vfloat none = (vfloat)(0.0f), last = (vfloat)((float)(grid - 1));
@@ -241,27 +245,27 @@ HS_INLINE float3 cross3(float3 a, float3 b) {
   return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
+// On which side of an edge receivers see a sample, as the walk decides it. `left`: the answer where the walk leaves the edge out.
+HS_INLINE vint left_as_walked(const EdgePool* list, int i, float3 s, float radius, vfloat px, vfloat py, vfloat pz, vint left) {
+  const ProjectedEdge e = project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
+                                       (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
+  vfloat c;
+  distance2_of(&e, &c);
+  return v_select(left, s.x * ((e.by - e.ay) * radius) - s.y * ((e.bx - e.ax) * radius) <= c, e.seen);
+}
+
+HS_INLINE float sum_of_sizes(float3 v) {
+  return fabs(v.x) + fabs(v.y) + fabs(v.z);
+}
+
 // Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
-bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, int first, Sweep* sweep) {
+bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   const int n = (int)disc.sample_count;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
+  const float across = 2.0f * sum_of_sizes(region->half_size);
   for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
-  int projected = -1;  // the vector of edges that these are of, as p0 sees them
-  vfloat ex0 = (vfloat)(0.0f), ey0 = ex0, c0 = ex0;
-  vint seen0 = (vint)(0);
   for (int pair = 0; pair < sweep->pair_count; ++pair) {
-    const int edge = sweep->pair_edge[pair], i = first + edge, lane = edge % HS_LANES, slot = sweep->pair_slot[pair];
-    if (edge / HS_LANES != projected) {
-      projected = edge / HS_LANES;
-      const int k = i - lane;
-      const ProjectedEdge e =
-          project_edge(v_load(list->ax + k), v_load(list->ay + k), v_load(list->az + k), v_load(list->bx + k),
-                       v_load(list->by + k), v_load(list->bz + k), (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z));
-      distance2_of(&e, &c0);
-      ex0 = (e.bx - e.ax) * disc.radius;
-      ey0 = (e.by - e.ay) * disc.radius;
-      seen0 = e.seen;
-    }
+    const int i = first + sweep->pair_edge[pair], slot = sweep->pair_slot[pair];
     const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
     const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
     const float3 s_ls = s * disc.radius;
@@ -270,17 +274,22 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
     const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
     const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
     const float3 n_s = cross3(a - s_ls, b - a);
-    const float from0 = n_s.x * (p0.x - a.x) + n_s.y * (p0.y - a.y) + n_s.z * (p0.z - a.z);
-    const bool left0 = HS_LANE(seen0, lane)
-                           ? s.x * HS_FLOAT_LANE(ey0, lane) - s.y * HS_FLOAT_LANE(ex0, lane) <= HS_FLOAT_LANE(c0, lane)
-                           : from0 > 0.0f;
+    const float from0 = dot(n_s, p0 - a);
+    // Nearer than this the walk's rounding may find the sample on the other side.
+    const float unsure = HS_UNSURE * sum_of_sizes(a - s_ls) * sum_of_sizes(b - a) * (sum_of_sizes(p0 - a) + across);
+    vint left0 = (vint)(from0 > 0.0f ? -1 : 0);
+    if (fabs(from0) <= unsure)
+      left0 = left_as_walked(list, i, s, disc.radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), left0);
     const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
     for (uint between = vectors_between(sweep, m_a, m_b); between != 0; between &= between - 1) {
       const int v = first_lane(between);
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
       const vfloat from = along_axis(n_s, px - a.x, py - a.y, pz - a.z);
-      const vint turned = left0 ? from <= 0.0f : from > 0.0f;
+      vint left = from > 0.0f;
+      if (v_any(fabs(from) <= unsure))
+        left = v_select(left, left_as_walked(list, i, s, disc.radius, px, py, pz, left), fabs(from) <= unsure);
+      const vint turned = left ^ left0;
       if (!v_any(turned)) continue;
       const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
       const vfloat da = along_axis(m_a, dx, dy, dz), db = along_axis(m_b, dx, dy, dz);
@@ -292,7 +301,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const EdgePool* list, in
       const vfloat sum = fabs(from0) + fabs(from), way_z = p0.z + dz * (fabs(from0) / v_select((vfloat)(1.0f), sum, sum > 0.0f));
       const vint before = edge_z < way_z;
       if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
-      const vint jump = v_select((vint)(0), (vint)(left0 ? -m : m), passes & before);
+      const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left), passes & before);
       short* jumps = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
       vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
     }

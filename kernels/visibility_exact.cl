@@ -4,7 +4,7 @@
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
 #define HS_LITTLE_WORK 65536
-#define HS_MOST_PAIRS(edges, receivers) (2 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
+#define HS_MOST_PAIRS(edges, receivers) (3 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
 #define HS_NARROW_AGAIN 4
 #define HS_MOST_PARTS 64
 #else
@@ -177,7 +177,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
     if (w->faces.end == 0) return false;
   }
   if (!find_crossed(region, &w->faces, casters->triangles, casters->vertices_ls, casters->planes, casters->disc_sides, sweep) ||
-      !sum_jumps(casters->disc, &casters->set, &w->pool, list_first, sweep))
+      !sum_jumps(casters->disc, &casters->set, region, &w->pool, list_first, sweep))
     return false;
 
   forget_walks(w, 1);
