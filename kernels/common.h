@@ -57,6 +57,7 @@ HS_INLINE float v_least(float16 v) {
 }
 #define v_first(v) ((v).s0)
 #define v_as_int as_int16
+#define v_as_float as_float16
 // One lane of a mask or vector in memory.
 #define HS_LANE(v, i) (((const int*)&(v))[i])
 #define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
@@ -115,6 +116,7 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define v_least(v) (v)
 #define v_first(v) (v)
 #define v_as_int as_int
+#define v_as_float as_float
 #define HS_LANE(v, i) (v)
 #define HS_FLOAT_LANE(v, i) (v)
 #define HS_SET_LANE(v, i) ((v) = -1)
@@ -135,6 +137,16 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 HS_INLINE int first_lane(uint bits) {
   return 31 - (int)clz(bits & -bits);
 }
+
+// Stores the lanes that `bits` has (as lane_bits), one behind the other; as many places as a vector has may be written.
+HS_INLINE void v_store_chosen(vfloat v, uint bits, float* p) {
+#if HS_LANES == 16 && defined(__AVX512F__)
+  vstore16(__builtin_ia32_compresssf512_mask(v, v, (ushort)bits), 0, p);
+#else
+  for (; bits != 0; bits &= bits - 1) *p++ = HS_FLOAT_LANE(v, first_lane(bits));
+#endif
+}
+#define v_store_chosen_ints(v, bits, p) v_store_chosen(v_as_float(v), bits, (float*)(p))
 
 // Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
 // Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.

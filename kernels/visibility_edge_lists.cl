@@ -162,27 +162,25 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
                          (fmax(ax + ra, bx + rb) >= -region->half_px.x) & (fmin(ay - ra, by - rb) <= region->half_px.y) &
                          (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
     keep &= touches | everywhere;
-    for (uint bits = lane_bits(keep); bits != 0; bits &= bits - 1) {
-      const int lane = first_lane(bits), k = i + lane;
-      pool->ax[to] = pool->ax[k];
-      pool->ay[to] = pool->ay[k];
-      pool->az[to] = pool->az[k];
-      pool->bx[to] = pool->bx[k];
-      pool->by[to] = pool->by[k];
-      pool->bz[to] = pool->bz[k];
-      pool->n0x[to] = pool->n0x[k];
-      pool->n0y[to] = pool->n0y[k];
-      pool->n0z[to] = pool->n0z[k];
-      pool->n0w[to] = pool->n0w[k];
-      pool->n1x[to] = pool->n1x[k];
-      pool->n1y[to] = pool->n1y[k];
-      pool->n1z[to] = pool->n1z[k];
-      pool->n1w[to] = pool->n1w[k];
-      pool->m[to] = HS_LANE(m, lane);
-      pool->o0[to] = HS_LANE(o0, lane);
-      pool->o1[to] = HS_LANE(o1, lane);
-      ++to;
-    }
+    const uint bits = lane_bits(keep);
+    v_store_chosen(v_load(pool->ax + i), bits, pool->ax + to);
+    v_store_chosen(v_load(pool->ay + i), bits, pool->ay + to);
+    v_store_chosen(v_load(pool->az + i), bits, pool->az + to);
+    v_store_chosen(v_load(pool->bx + i), bits, pool->bx + to);
+    v_store_chosen(v_load(pool->by + i), bits, pool->by + to);
+    v_store_chosen(v_load(pool->bz + i), bits, pool->bz + to);
+    v_store_chosen(v_load(pool->n0x + i), bits, pool->n0x + to);
+    v_store_chosen(v_load(pool->n0y + i), bits, pool->n0y + to);
+    v_store_chosen(v_load(pool->n0z + i), bits, pool->n0z + to);
+    v_store_chosen(v_load(pool->n0w + i), bits, pool->n0w + to);
+    v_store_chosen(v_load(pool->n1x + i), bits, pool->n1x + to);
+    v_store_chosen(v_load(pool->n1y + i), bits, pool->n1y + to);
+    v_store_chosen(v_load(pool->n1z + i), bits, pool->n1z + to);
+    v_store_chosen(v_load(pool->n1w + i), bits, pool->n1w + to);
+    v_store_chosen_ints(m, bits, pool->m + to);
+    v_store_chosen_ints(o0, bits, pool->o0 + to);
+    v_store_chosen_ints(o1, bits, pool->o1 + to);
+    to += (int)popcount(bits);
   }
   pad_list(pool, to_first, to - to_first);
   return to - to_first;

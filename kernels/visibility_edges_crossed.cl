@@ -187,21 +187,18 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
     const vfloat distance2 = distance2_of(&e, &c);
     if (v_any(live & passes_near(disc, &e, distance2, (vfloat)(p_z)))) walk->near = true;
     const vint reaches = live & (distance2 < disc.reach2);
-    uint bits = lane_bits(reaches);
+    const uint bits = lane_bits(reaches);
     if (bits == 0) continue;
     const vint left = left_of_centre(map_x(ax_ls, az_ls, px, pz), map_x(ay_ls, az_ls, py, pz), map_x(bx_ls, bz_ls, px, pz),
                                      map_x(by_ls, bz_ls, py, pz));
-    for (; bits != 0; bits &= bits - 1) {
-      const int lane = first_lane(bits);
-      passing->ax[taken] = HS_FLOAT_LANE(e.ax, lane);
-      passing->ay[taken] = HS_FLOAT_LANE(e.ay, lane);
-      passing->bx[taken] = HS_FLOAT_LANE(e.bx, lane);
-      passing->by[taken] = HS_FLOAT_LANE(e.by, lane);
-      passing->c[taken] = HS_FLOAT_LANE(c, lane);
-      passing->left[taken] = HS_LANE(left, lane);
-      passing->m[taken] = HS_LANE(m, lane);
-      ++taken;
-    }
+    v_store_chosen(e.ax, bits, passing->ax + taken);
+    v_store_chosen(e.ay, bits, passing->ay + taken);
+    v_store_chosen(e.bx, bits, passing->bx + taken);
+    v_store_chosen(e.by, bits, passing->by + taken);
+    v_store_chosen(c, bits, passing->c + taken);
+    v_store_chosen_ints(left, bits, passing->left + taken);
+    v_store_chosen_ints(m, bits, passing->m + taken);
+    taken += (int)popcount(bits);
   }
   for (int i = taken; i & (HS_LANES - 1); ++i) {
     passing->ax[i] = passing->ay[i] = passing->bx[i] = passing->by[i] = passing->c[i] = 0.0f;
