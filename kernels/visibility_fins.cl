@@ -71,12 +71,23 @@ HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, vfloat
   }
 }
 
-// The depths at which the caster of a fin may stand: what an inner fin brightens may be shadowed by its own caster alone.
-HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, const TileFeature* f, __global const float* caster_range) {
-  const float depth = caster_depth(view, shape, f->d_low);
-  const uint first = caster_bit(caster_range, 1.0f / f->d_high - depth),
-             last = caster_bit(caster_range, 1.0f / f->d_low + 0.25f * depth);
-  return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
+// As caster_depth, of silhouettes at 1/d.
+HS_INLINE vfloat caster_depths(const HsView view, const HsFinShape shape, vfloat d) {
+  return 4.0f * shape.radius_px * (d - view.d_far) / (view.px_from_q.x * fmax(d, 1e-30f));
+}
+
+HS_INLINE vint caster_steps(__global const float* caster_range, vfloat z) {
+  return v_int(clamp((z - caster_range[0]) * caster_range[1], (vfloat)(0.0f), (vfloat)(HS_CASTER_BITS - 1.0f)));
+}
+
+// The depths at which the caster of a silhouette between 1/d_high and 1/d_low may stand: what an inner fin brightens may be
+// shadowed by its own caster alone.
+HS_INLINE vint caster_bits(const HsView view, const HsFinShape shape, vfloat d_low, vfloat d_high,
+                           __global const float* caster_range) {
+  const vfloat depth = caster_depths(view, shape, d_low);
+  const vint first = caster_steps(caster_range, 1.0f / d_high - depth),
+             last = caster_steps(caster_range, 1.0f / d_low + 0.25f * depth);
+  return ((vint)(2) << last) - ((vint)(1) << first);
 }
 
 // The cells of a row between two texels, a bit each.
@@ -118,11 +129,17 @@ HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, floa
   const vfloat s = 0.5f - 0.5f * distance_px / (shape.radius_px * (p->d - view.d_far));
   const vint in_fin = p->inside & (s > 0.0f) & (distance_px < shape.radius_px * (p->d - d_farthest));
   // A fin behind the surface that the light sees cannot darken that, and in one layer must not hide one that can. With layers it
-  // counts for what lies deeper, unless the surface is its own caster's.
+  // counts for what lies deeper, unless the surface is its own caster's. Beneath another caster the map does not say on which
+  // side of the silhouette a texel lies, and neither fin reaches over to the other's.
   vint matters = p->d > d_receiver;
-  if (own_depth < INFINITY && !v_all(matters)) matters |= 1.0f / p->d - 1.0f / d_receiver > own_depth;
-  w.is_inner = inner ? in_fin & (p->delta_px < HS_EDGE_PX) : (vint)(0);
-  w.is_outer = in_fin & (p->delta_px > -HS_EDGE_PX) & matters;
+  vfloat over_px = (vfloat)(HS_EDGE_PX);
+  if (own_depth < INFINITY && !v_all(matters)) {
+    const vint beneath = 1.0f / p->d - 1.0f / d_receiver > own_depth;
+    matters |= beneath;
+    over_px = v_select(over_px, (vfloat)(0.0f), beneath);
+  }
+  w.is_inner = inner ? in_fin & (p->delta_px < over_px) : (vint)(0);
+  w.is_outer = in_fin & (p->delta_px > -over_px) & matters;
   w.inner_s = v_select(s, (vfloat)(0.5f), p->delta_px >= 0.0f);
   w.outer_s = v_select(s, (vfloat)(0.5f), p->delta_px <= 0.0f);
   return w;
@@ -205,8 +222,8 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
   float2 way = (float2)(0.0f);
   bool other_way = false;
   HS_FOR_FIN_RUNS(tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);
-                  const int casters = single || !feature.inner ? 0 : (int)caster_bits(view, shape, &feature, caster_range);
-                  const float2 ways = feature_ways(&feature, &way); other_way |= fmin(ways.x, ways.y) < 0.82f;, {
+                  const bool inner = !single && feature.inner; const float2 ways = feature_ways(&feature, &way);
+                  other_way |= fmin(ways.x, ways.y) < 0.82f;, {
                     cells |= row_cells(span.x, span.y, y);
                     const int slot = y * HS_TILE + x;
                     const FinPlace p = fin_place(&feature, x, y);
@@ -214,9 +231,13 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
                         fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
                     keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
                     keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
-                    if (casters != 0)
-                      v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), (vint)(casters), w.is_inner),
-                              fins->own_casters + slot);
+                    if (inner && v_any(w.is_inner)) {
+                      // An edge can be as deep as several casters: where it is nearest to the texel its own one stands.
+                      const vfloat d_low = layers.faithful ? (vfloat)(feature.d_low) : p.d;
+                      const vfloat d_high = layers.faithful ? (vfloat)(feature.d_high) : p.d;
+                      const vint own = caster_bits(view, shape, d_low, d_high, caster_range);
+                      v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), own, w.is_inner), fins->own_casters + slot);
+                    }
                   })
   *varied = other_way && !layers.faithful;
   if (*varied) {
@@ -353,11 +374,12 @@ HS_INLINE vfloat refined_weight(const HsView light, vfloat receiver_d, vfloat s,
 
 // A receiver's footprint in its tile.
 typedef struct {
-  vint mine;    // there is such a receiver
-  vfloat d;     // 1/Lr
-  vint texel;   // the first, in the tile
-  vfloat w[4];  // bilinear weights
-  vint lit[4];  // not in hard shadow
+  vint mine;        // there is such a receiver
+  vfloat d;         // 1/Lr
+  vfloat behind_d;  // 1/Lb of fins that are too far to matter, or farther
+  vint texel;       // the first, in the tile
+  vfloat w[4];      // bilinear weights
+  vint lit[4];      // not in hard shadow
 } TileReceiver;
 
 // A run of receivers, HS_LANES pixels from `pixel` on.
@@ -395,9 +417,10 @@ HS_INLINE bool meets_cells(const TileRun* run, uint cells) {
 }
 
 // Not returned: what a returned array brings with it when it is inlined is unknown to Oclgrind 21.10. So below, too.
-HS_INLINE void tile_receiver(const TileRun* run, TileReceiver* r) {
+HS_INLINE void tile_receiver(const TileRun* run, bool faithful, TileReceiver* r) {
   r->mine = run->mine;
   r->d = run->d;
+  r->behind_d = faithful ? (vfloat)(0.0f) : run->d;
   r->texel = run->y * HS_TILE + run->x;
   r->w[0] = (1.0f - run->s) * (1.0f - run->t);
   r->w[1] = run->s * (1.0f - run->t);
@@ -409,10 +432,10 @@ HS_INLINE void tile_receiver(const TileRun* run, TileReceiver* r) {
 // Loads a run and its receivers; false, and no receivers, where none of its footprints lies in one of the cells.
 HS_INLINE bool load_in_cells(const HsView light, const HsReceiverView view, int2 tile_px, uint begins,
                              __global const float* depth_or_position, __global const uint* receiver_words, uint cells,
-                             TileRun* run, TileReceiver* r) {
+                             bool faithful, TileRun* run, TileReceiver* r) {
   load_run(light, view, tile_px, begins, depth_or_position, receiver_words, run);
   if (!meets_cells(run, cells)) return false;
-  tile_receiver(run, r);
+  tile_receiver(run, faithful, r);
   return true;
 }
 
@@ -434,10 +457,12 @@ typedef struct {
   vint any;
 } FinTaps;
 
-// The depths at footprints. Returns which have any fin.
+// The depths at footprints: 0 where the receiver stands before all of them, and none matters. Returns which have any fin.
 HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r, TileTaps* d) {
   tile_taps(depths, r->texel, d);
-  return r->mine & ((d->v[0] > 0.0f) | (d->v[1] > 0.0f) | (d->v[2] > 0.0f) | (d->v[3] > 0.0f));
+  const vint any = r->mine & (fmax(fmax(d->v[0], d->v[1]), fmax(d->v[2], d->v[3])) > r->behind_d);
+  for (int k = 0; k < 4; ++k) d->v[k] = v_select((vfloat)(0.0f), d->v[k], any);
+  return any;
 }
 
 HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
@@ -445,10 +470,16 @@ HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, 
   f->any = inner | outer;
   f->inner = v_any(inner);
   f->outer = v_any(outer);
+  f->inner2 = f->outer2 = false;
+  if (varied) {
+    // The first fin may lie behind a receiver that the second matters to.
+    const vint inner2 = load_depths(fins->inner2.d, r, &f->inner2_d), outer2 = load_depths(fins->outer2.d, r, &f->outer2_d);
+    f->any |= inner2 | outer2;
+    f->inner2 = v_any(inner2);
+    f->outer2 = v_any(outer2);
+  }
   if (f->inner) tile_taps(fins->inner.s, r->texel, &f->inner_s);
   if (f->outer) tile_taps(fins->outer.s, r->texel, &f->outer_s);
-  f->inner2 = varied && f->inner && v_any(load_depths(fins->inner2.d, r, &f->inner2_d));
-  f->outer2 = varied && f->outer && v_any(load_depths(fins->outer2.d, r, &f->outer2_d));
   if (f->inner2) {
     tile_taps(fins->inner2.s, r->texel, &f->inner2_s);
     tile_taps(fins->inner2.c, r->texel, &f->inner2_c);
@@ -515,7 +546,9 @@ HS_INLINE vfloat illuminance(const HsView light, const HsLayers layers, const Ti
       hides = hidden_by_both(hides, falloff_of(outer2, falloff), mean_cosine(w, &f->outer2_d, &f->outer2_c));
   }
   if (f->inner2) {
-    const vfloat inner2 = mean_weight(light, r, w, inner_other, &f->inner2_s, &f->inner2_d, all, &unused);
+    vfloat second_d;
+    const vfloat inner2 = mean_weight(light, r, w, inner_other, &f->inner2_s, &f->inner2_d, all, &second_d);
+    *inner_d = v_select(*inner_d, second_d, *inner_d == 0.0f);
     if (v_any(inner2 > 0.0f)) {
       const vfloat b = falloff_of(inner2, falloff), c = mean_cosine(w, &f->inner2_d, &f->inner2_c);
       lets_in = lerp(fmax(lets_in, b), lets_in + b, clamp(-c, 0.0f, 1.0f));
@@ -563,10 +596,12 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
   vfloat lit_w[4], other_w[4], inner_w[4];
   for (int k = 0; k < 4; ++k) {
     // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
-    const vint any = (f->inner_d.v[k] > 0.0f) | (f->outer_d.v[k] > 0.0f);
-    const vfloat w = v_select((vfloat)(0.0f), r->w[k], any & r->mine);
+    vint inner = f->inner_d.v[k] > 0.0f, outer = f->outer_d.v[k] > 0.0f;
+    if (f->inner2) inner |= f->inner2_d.v[k] > 0.0f;
+    if (f->outer2) outer |= f->outer2_d.v[k] > 0.0f;
+    const vfloat w = v_select((vfloat)(0.0f), r->w[k], (inner | outer) & r->mine);
     lit_w[k] = v_select((vfloat)(0.0f), w, r->lit[k]);
-    inner_w[k] = v_select(w - lit_w[k], (vfloat)(0.0f), f->inner_d.v[k] == 0.0f);
+    inner_w[k] = v_select((vfloat)(0.0f), w - lit_w[k], inner);
     other_w[k] = w - lit_w[k] - inner_w[k];
   }
   const float least = 1e-6f;
@@ -585,8 +620,7 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
     const vfloat here = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
     // The same caster's outline, or that of one beneath it: see caster_depth.
     const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(seen->at_d, 1e-30f);
-    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * fmax(here_d, 1e-30f));
-    const vint same = (seen->at_d > 0.0f) & (fabs(apart) <= depth);
+    const vint same = (seen->at_d > 0.0f) & (fabs(apart) <= caster_depths(light, shape, here_d));
     seen->done = v_select(seen->done, fmin(seen->done, seen->at_hand), covered & v_not(same));
     seen->at_hand = v_select(seen->at_hand, v_select(here, fmax(here, seen->at_hand), same), covered);
     seen->at_d = v_select(seen->at_d, here_d, covered);
@@ -732,7 +766,9 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
       HS_FOR_LISTED(slot) {
         TileRun run;
         TileReceiver r;
-        if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, cells, &run, &r)) continue;
+        if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, cells, layers.faithful, &run,
+                           &r))
+          continue;
         FinTaps taps;
         load_fins(&fins, &r, varied, &taps);
         if (single) {
@@ -757,7 +793,9 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     HS_FOR_LISTED(slot) {
       TileRun run;
       TileReceiver r;
-      if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, reached, &run, &r)) continue;
+      if (!load_in_cells(view, camera, tile.px, listed[slot], depth_or_position, receiver_words, reached, layers.faithful, &run,
+                         &r))
+        continue;
       Illuminance seen;
       load_illuminance(&run, states, pixels, &seen);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);

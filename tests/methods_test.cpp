@@ -263,6 +263,17 @@ TEST_F(Methods, LayersKeepACastersFinsFromWhatAnotherShades) {
   EXPECT_EQ(leaks({.method = Method::layered_fins}), 0u);
 }
 
+// Where the outlines of two casters cross, one beneath the other: a fin knows its own caster's depth at each point of a long
+// edge, is nothing to receivers before it, and does not reach over its silhouette beneath another caster.
+TEST_F(Methods, LayersMeetWhereOutlinesCross) {
+  const Scene scene = data_scene("overlap", 256);
+  const Frame exact = draw(scene, {.method = Method::exact}), frame = draw(scene, {.method = Method::layered_fins});
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < frame.position_ws.size(); ++i)
+    wrong += std::abs(frame.visibility[0][i] - exact.visibility[0][i]) > 0.2f;
+  EXPECT_LE(wrong, 12u);
+}
+
 std::size_t umbra_px(const Frame& frame) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < frame.position_ws.size(); ++i)
