@@ -457,26 +457,37 @@ typedef struct {
   vint any;
 } FinTaps;
 
-// The depths at footprints: 0 where the receiver stands before all of them, and none matters. Returns which have any fin.
-HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r, TileTaps* d) {
+// The depths at footprints: 0 where the receiver stands before all of them, and none matters. Returns which have any that does.
+// *there: some have fins.
+HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r, TileTaps* d, bool* there) {
   tile_taps(depths, r->texel, d);
-  const vint any = r->mine & (fmax(fmax(d->v[0], d->v[1]), fmax(d->v[2], d->v[3])) > r->behind_d);
-  for (int k = 0; k < 4; ++k) d->v[k] = v_select((vfloat)(0.0f), d->v[k], any);
+  const vfloat nearest = fmax(fmax(d->v[0], d->v[1]), fmax(d->v[2], d->v[3]));
+  const vint any = r->mine & (nearest > r->behind_d), behind = r->mine & (nearest > 0.0f) & (nearest <= r->behind_d);
+  *there = v_any(any | behind);
+  if (v_any(behind)) {
+    for (int k = 0; k < 4; ++k) d->v[k] = v_select((vfloat)(0.0f), d->v[k], any);
+  }
   return any;
 }
 
 HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
-  const vint inner = load_depths(fins->inner.d, r, &f->inner_d), outer = load_depths(fins->outer.d, r, &f->outer_d);
-  f->any = inner | outer;
-  f->inner = v_any(inner);
-  f->outer = v_any(outer);
+  bool inner, outer, unused;
+  const vint inner_any = load_depths(fins->inner.d, r, &f->inner_d, &inner);
+  const vint outer_any = load_depths(fins->outer.d, r, &f->outer_d, &outer);
+  f->any = inner_any | outer_any;
+  f->inner = v_any(inner_any);
+  f->outer = v_any(outer_any);
   f->inner2 = f->outer2 = false;
-  if (varied) {
-    // The first fin may lie behind a receiver that the second matters to.
-    const vint inner2 = load_depths(fins->inner2.d, r, &f->inner2_d), outer2 = load_depths(fins->outer2.d, r, &f->outer2_d);
-    f->any |= inner2 | outer2;
-    f->inner2 = v_any(inner2);
-    f->outer2 = v_any(outer2);
+  // The first fin may lie behind a receiver that the second matters to.
+  if (varied && inner) {
+    const vint any = load_depths(fins->inner2.d, r, &f->inner2_d, &unused);
+    f->any |= any;
+    f->inner2 = v_any(any);
+  }
+  if (varied && outer) {
+    const vint any = load_depths(fins->outer2.d, r, &f->outer2_d, &unused);
+    f->any |= any;
+    f->outer2 = v_any(any);
   }
   if (f->inner) tile_taps(fins->inner.s, r->texel, &f->inner_s);
   if (f->outer) tile_taps(fins->outer.s, r->texel, &f->outer_s);
