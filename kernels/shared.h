@@ -126,7 +126,7 @@ typedef struct {
 #define HS_CASTER_BITS 32
 #define HS_MAX_LAYERS 1024
 // Floats a receiver while layers are added up: see visibility_fins.cl.
-#define HS_STATE_PLANES 4
+#define HS_STATE_PLANES 7
 
 #define HS_AUTO_LAYERS 16  // the most that are chosen from the scene
 // `faithful` combines overlapping fins as published.

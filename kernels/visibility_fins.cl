@@ -20,6 +20,10 @@ HS_INLINE void v_tile_pair(const float* p, int16 i, float16* left, float16* righ
   *left = (float16)(a.even, b.even);
   *right = (float16)(a.odd, b.odd);
 }
+HS_INLINE float16 v_tile(const float* p, int16 i) {
+  return (float16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
+                   p[i.sc], p[i.sd], p[i.se], p[i.sf]);
+}
 #else
 #define HS_SHARED __local
 #define HS_TILE_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
@@ -29,6 +33,7 @@ HS_INLINE void v_tile_pair(const __local float* p, int i, float* left, float* ri
   *left = p[i];
   *right = p[i + 1];
 }
+#define v_tile(p, i) ((p)[i])
 #endif
 
 // The fins that count at each texel of a tile: weight for the reference plane L0 (Cai §3.1 Eq. 1), 1/Lb (0 where there is none),
@@ -45,6 +50,9 @@ typedef struct {
 typedef struct {
   Fins inner, outer;
   SecondFins inner2, outer2;
+  // Inner fins count for receivers at 1/reach_d and before: behind it stands what the light that passes by the silhouette falls
+  // on.
+  float reach_d[HS_TEXELS];
   int own_casters[HS_TEXELS];  // depths at which casters of inner fins may stand
 } TileFins;
 
@@ -71,22 +79,26 @@ HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, vfloat
   }
 }
 
-// As caster_depth, of silhouettes at 1/d.
-HS_INLINE vfloat caster_depths(const HsView view, const HsFinShape shape, vfloat d) {
-  return 4.0f * shape.radius_px * (d - view.d_far) / (view.px_from_q.x * fmax(d, 1e-30f));
-}
-
-HS_INLINE vint caster_steps(__global const float* caster_range, vfloat z) {
-  return v_int(clamp((z - caster_range[0]) * caster_range[1], (vfloat)(0.0f), (vfloat)(HS_CASTER_BITS - 1.0f)));
+// As caster_depth of silhouettes at 1/d, times d.
+HS_INLINE vfloat caster_depth_times(const HsView view, const HsFinShape shape, vfloat d) {
+  return 4.0f * shape.radius_px / view.px_from_q.x * (d - view.d_far);
 }
 
 // The depths at which the caster of a silhouette between 1/d_high and 1/d_low may stand: what an inner fin brightens may be
 // shadowed by its own caster alone.
-HS_INLINE vint caster_bits(const HsView view, const HsFinShape shape, vfloat d_low, vfloat d_high,
+HS_INLINE uint caster_bits(const HsView view, const HsFinShape shape, float d_low, float d_high,
                            __global const float* caster_range) {
-  const vfloat depth = caster_depths(view, shape, d_low);
-  const vint first = caster_steps(caster_range, 1.0f / d_high - depth),
-             last = caster_steps(caster_range, 1.0f / d_low + 0.25f * depth);
+  const float depth = caster_depth(view, shape, d_low);
+  const uint first = caster_bit(caster_range, 1.0f / d_high - depth),
+             last = caster_bit(caster_range, 1.0f / d_low + 0.25f * depth);
+  return (0xffffffffu >> (HS_CASTER_BITS - 1u - last)) & (0xffffffffu << first);
+}
+
+// Those of an edge that reaches deeper than from one caster to the next: where it is nearest to each texel its own one stands.
+HS_INLINE vint caster_bits_along(const HsView view, const HsFinShape shape, vfloat d, __global const float* caster_range) {
+  const vfloat z = 1.0f / d, depth = caster_depth_times(view, shape, d), most = (vfloat)(HS_CASTER_BITS - 1.0f);
+  const vint first = v_int(clamp((z * (1.0f - depth) - caster_range[0]) * caster_range[1], (vfloat)(0.0f), most));
+  const vint last = v_int(clamp((z * (1.0f + 0.25f * depth) - caster_range[0]) * caster_range[1], (vfloat)(0.0f), most));
   return ((vint)(2) << last) - ((vint)(1) << first);
 }
 
@@ -208,12 +220,57 @@ HS_INLINE float2 feature_ways(const TileFeature* f, float2* first) {
   return (float2)(dot(a, *first), dot(b, *first));
 }
 
+// What the map shows there, where it shows anything.
+HS_INLINE vfloat map_z_at(const HsView view, __global const float* shadow_map, vfloat x, vfloat y, vint* shown) {
+  *shown &= (x >= 0.0f) & (y >= 0.0f) & (x < (float)view.width_px) & (y < (float)view.height_px);
+  const vint column = v_int(v_select((vfloat)(0.0f), x, *shown)), row = v_int(v_select((vfloat)(0.0f), y, *shown));
+  const vfloat z = v_gather(shadow_map, row * (int)view.width_px + column);
+  *shown &= z < HS_EMPTY_Z;
+  return z;
+}
+
+// Finds out what the light that passes by the silhouettes of inner fins falls on: what the map shows a little beyond them, and as
+// far again, from where its plane is followed back. Surfaces as far apart as a caster may be deep are taken for one. With layers,
+// casters before the silhouette have fins of their own.
+HS_INLINE void bound_inner_fins(const HsView view, const HsFinShape shape, bool single, const FeatureTile tile,
+                                __global const float* shadow_map, HS_SHARED TileFins* fins) {
+  HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
+    const int slot = y * HS_TILE + x;
+    const vfloat d = v_load(fins->inner.d + slot);
+    vint shown = d > 0.0f;
+    if (v_any(shown)) {
+      vfloat nx = v_load(fins->inner.nx + slot), ny = v_load(fins->inner.ny + slot);
+      const vfloat px = v_float(tile.px.x + x + v_iota) + 0.5f;
+      const float py = (float)(tile.px.y + y) + 0.5f;
+      vfloat past_px = (1.0f - 2.0f * v_load(fins->inner.s + slot)) * shape.radius_px * (d - view.d_far);
+      if (shape.ball_q_per_px > 0.0f) {
+        // From an angle back to the map, see ball_distance and ball_skew: rather too far than short of the silhouette.
+        const vfloat qx = (px - view.px_from_q.y) * shape.ball_q_per_px;
+        const float qy = (py - view.px_from_q.w) * shape.ball_q_per_px;
+        const vfloat from_axis = qx * nx + qy * ny, stretch = 1.0f + from_axis * from_axis;
+        const vfloat skew = from_axis * (qy * nx - qx * ny) / stretch, turned_x = nx - ny * skew;
+        past_px *= stretch;
+        ny += nx * skew;
+        nx = turned_x;
+      }
+      past_px += 1.5f;
+      const vfloat z1 = map_z_at(view, shadow_map, px + past_px * nx, py + past_px * ny, &shown);
+      const vfloat z2 = map_z_at(view, shadow_map, px + 2.0f * past_px * nx, py + 2.0f * past_px * ny, &shown);
+      const vfloat depth = caster_depth_times(view, shape, d);
+      if (!single) shown &= z1 * d > 1.0f - depth;
+      // 1/z there is the lesser of 1/z1 and 2/z1 - 1/z2; to its inverse the depth is added.
+      const vfloat over = fmin(z2, 2.0f * z2 - z1);
+      v_store(v_select((vfloat)(0.0f), over * d / (z1 * z2 * d + depth * over), shown & (over > 0.0f)), fins->reach_d + slot);
+    }
+  }
+}
+
 // Draws a layer's fins, no farther than for receivers at 1/bounded.d_far. Returns the cells that they reach. *varied: some face
 // another way than others, and the second fins hold something.
 HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsFinShape shape, const HsLayers layers, bool single,
                               const FeatureTile tile, __global const uint* refs, __global const ushort4* rects,
-                              __global const HsFeature* features, const float* d_receiver, __global const float* caster_range,
-                              HS_SHARED TileFins* fins, bool* varied) {
+                              __global const HsFeature* features, __global const float* shadow_map, const float* d_receiver,
+                              __global const float* caster_range, HS_SHARED TileFins* fins, bool* varied) {
   HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
     v_store((vfloat)(0.0f), fins->inner.d + y * HS_TILE + x);
     v_store((vfloat)(0.0f), fins->outer.d + y * HS_TILE + x);
@@ -221,24 +278,28 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
   uint cells = 0;
   float2 way = (float2)(0.0f);
   bool other_way = false;
-  HS_FOR_FIN_RUNS(tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low);
-                  const bool inner = !single && feature.inner; const float2 ways = feature_ways(&feature, &way);
-                  other_way |= fmin(ways.x, ways.y) < 0.82f;, {
-                    cells |= row_cells(span.x, span.y, y);
-                    const int slot = y * HS_TILE + x;
-                    const FinPlace p = fin_place(&feature, x, y);
-                    const FinWeights w =
-                        fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
-                    keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
-                    keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
-                    if (inner && v_any(w.is_inner)) {
-                      // An edge can be as deep as several casters: where it is nearest to the texel its own one stands.
-                      const vfloat d_low = layers.faithful ? (vfloat)(feature.d_low) : p.d;
-                      const vfloat d_high = layers.faithful ? (vfloat)(feature.d_high) : p.d;
-                      const vint own = caster_bits(view, shape, d_low, d_high, caster_range);
-                      v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), own, w.is_inner), fins->own_casters + slot);
-                    }
-                  })
+  HS_FOR_FIN_RUNS(
+      tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low); uint casters = 0;
+      bool deep = false; if (!single && feature.inner) {
+        casters = caster_bits(view, shape, feature.d_low, feature.d_high, caster_range);
+        deep = !layers.faithful && casters != caster_bits(view, shape, feature.d_low, feature.d_low, caster_range);
+      } const float2 ways = feature_ways(&feature, &way);
+      other_way |= fmin(ways.x, ways.y) < 0.82f;
+      ,
+      {
+        cells |= row_cells(span.x, span.y, y);
+        const int slot = y * HS_TILE + x;
+        const FinPlace p = fin_place(&feature, x, y);
+        const FinWeights w =
+            fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
+        keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
+        if (casters != 0 && v_any(w.is_inner)) {
+          const vint own = deep ? caster_bits_along(view, shape, p.d, caster_range) : (vint)((int)casters);
+          v_store(v_load(fins->own_casters + slot) | v_select((vint)(0), own, w.is_inner), fins->own_casters + slot);
+        }
+      })
+  if (!layers.faithful) bound_inner_fins(view, shape, single, tile, shadow_map, fins);
   *varied = other_way && !layers.faithful;
   if (*varied) {
     HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
@@ -455,6 +516,7 @@ typedef struct {
   TileTaps inner2_s, inner2_d, inner2_c, outer2_s, outer2_d, outer2_c;
   bool inner, outer, inner2, outer2;
   vint any;
+  vint short_of[4];  // inner fins that do not reach the receiver
 } FinTaps;
 
 // The depths at footprints: 0 where the receiver stands before all of them, and none matters. Returns which have any that does.
@@ -470,7 +532,8 @@ HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r,
   return any;
 }
 
-HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, FinTaps* f) {
+HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, bool varied, bool single, bool faithful,
+                         FinTaps* f) {
   bool inner, outer, unused;
   const vint inner_any = load_depths(fins->inner.d, r, &f->inner_d, &inner);
   const vint outer_any = load_depths(fins->outer.d, r, &f->outer_d, &outer);
@@ -489,8 +552,19 @@ HS_INLINE void load_fins(HS_SHARED const TileFins* fins, const TileReceiver* r, 
     f->any |= any;
     f->outer2 = v_any(any);
   }
-  if (f->inner) tile_taps(fins->inner.s, r->texel, &f->inner_s);
   if (f->outer) tile_taps(fins->outer.s, r->texel, &f->outer_s);
+  for (int k = 0; k < 4; ++k) f->short_of[k] = (vint)(0);
+  if (f->inner) {
+    tile_taps(fins->inner.s, r->texel, &f->inner_s);
+    if (!faithful) {
+      TileTaps reach_d;
+      tile_taps(fins->reach_d, r->texel, &reach_d);
+      for (int k = 0; k < 4; ++k) f->short_of[k] = (f->inner_d.v[k] > 0.0f) & (r->d < reach_d.v[k]);
+    }
+    if (single) {
+      for (int k = 0; k < 4; ++k) f->inner_d.v[k] = v_select(f->inner_d.v[k], (vfloat)(0.0f), f->short_of[k]);
+    }
+  }
   if (f->inner2) {
     tile_taps(fins->inner2.s, r->texel, &f->inner2_s);
     tile_taps(fins->inner2.c, r->texel, &f->inner2_c);
@@ -562,7 +636,7 @@ HS_INLINE vfloat illuminance(const HsView light, const HsLayers layers, const Ti
     *inner_d = v_select(*inner_d, second_d, *inner_d == 0.0f);
     if (v_any(inner2 > 0.0f)) {
       const vfloat b = falloff_of(inner2, falloff), c = mean_cosine(w, &f->inner2_d, &f->inner2_c);
-      lets_in = lerp(fmax(lets_in, b), lets_in + b, clamp(-c, 0.0f, 1.0f));
+      lets_in = hidden_by_both(lets_in, b, c);
     }
   }
   return clamp(hard + lets_in - hides, 0.0f, 1.0f);
@@ -593,17 +667,57 @@ HS_INLINE vfloat one_layer(const HsView light, const HsLayers layers, const Tile
 //   - where its inner fin lies on the hard shadow, which can be of a caster before it: then the lesser of the two is right again;
 //   - where an inner fin of another layer belongs to the same caster, the outline runs through both layers: the greater of the
 //   two;
-//   - where a caster has no inner fin at all: umbra, see raster_casters.
+//   - where a caster has no inner fin at all, or none that reaches the receiver: umbra, see raster_casters.
+
+// As published the lesser of two takes for granted that what hides less hides nothing else. By default directions tell, as they
+// do within a layer (hidden_by_both): where one caster's shadow begins as that of another one ends, each leaves what the other
+// hides.
+
+// Part of the light, and the direction in the map towards which it appears: shorter than 1 where that is not clear.
+typedef struct {
+  vfloat part, nx, ny;
+} Seen;
 
 // What a pixel has seen so far, apart for the texels of its footprint that the light sees and for those in hard shadow.
 typedef struct {
-  vfloat lit;
-  vfloat done;           // in hard shadow, of the casters done with
-  vfloat at_hand, at_d;  // of the caster at hand, and 1/Lb where that was last met
+  Seen lit;
+  Seen done;     // in hard shadow, of the casters done with
+  Seen at_hand;  // of the caster at hand
+  // 1/Lb where that was last met, 0 if never; less than 0 where its inner fin ends before the receiver (TileFins.reach_d): umbra,
+  // unless another caster's fin follows.
+  vfloat at_d;
 } Illuminance;
 
-HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLayers layers, const TileReceiver* r,
-                         const FinTaps* f, Illuminance* seen) {
+// What is left of `seen` where `mask` is set and another caster leaves b.
+HS_INLINE void leave(bool faithful, vint mask, const Seen* b, Seen* seen) {
+  const vfloat hidden = 1.0f - seen->part, more = 1.0f - b->part;
+  const vint both = mask & (hidden > 0.0f) & (more > 0.0f);
+  vfloat part = fmin(seen->part, b->part);
+  if (!faithful && v_any(both)) {
+    const vfloat both_hide = hidden_by_both(hidden, more, seen->nx * b->nx + seen->ny * b->ny);
+    part = v_select(part, 1.0f - both_hide, both);
+  }
+  const vfloat per = 1.0f / fmax(hidden + more, 1e-12f);
+  seen->nx = v_select(seen->nx, (seen->nx * hidden + b->nx * more) * per, mask);
+  seen->ny = v_select(seen->ny, (seen->ny * hidden + b->ny * more) * per, mask);
+  seen->part = v_select(seen->part, part, mask);
+}
+
+// The direction of the fin that has most weight in a footprint.
+HS_INLINE void way_of(HS_SHARED const Fins* fins, const TileReceiver* r, const TileTaps* d, Seen* seen) {
+  vint texel = r->texel;
+  vfloat most = v_select((vfloat)(0.0f), r->w[0], d->v[0] > 0.0f);
+  for (int k = 1; k < 4; ++k) {
+    const vfloat weight = v_select((vfloat)(0.0f), r->w[k], d->v[k] > 0.0f);
+    texel = v_select(texel, r->texel + (k >> 1) * HS_TILE + (k & 1), weight > most);
+    most = fmax(most, weight);
+  }
+  seen->nx = v_select((vfloat)(0.0f), v_tile(fins->nx, texel), most > 0.0f);
+  seen->ny = v_select((vfloat)(0.0f), v_tile(fins->ny, texel), most > 0.0f);
+}
+
+HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLayers layers, HS_SHARED const TileFins* fins,
+                         const TileReceiver* r, const FinTaps* f, Illuminance* seen) {
   vfloat lit_w[4], other_w[4], inner_w[4];
   for (int k = 0; k < 4; ++k) {
     // A texel without fins says nothing: its neighbours' values hold. Beyond the ends of fins these are the same.
@@ -618,23 +732,34 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
   const float least = 1e-6f;
   const vfloat lit = sum_of(lit_w), other = sum_of(other_w), inner = sum_of(inner_w);
   vfloat unused, here_d;
+  Seen here;
+  here.nx = here.ny = (vfloat)(0.0f);
+  if (f->outer && !layers.faithful) way_of(&fins->outer, r, &f->outer_d, &here);
   if (v_any(lit > least)) {
-    const vfloat here = illuminance(light, layers, r, f, lit_w, lit, 1.0f, true, &unused);
-    seen->lit = v_select(seen->lit, fmin(seen->lit, here), lit > least);
+    here.part = illuminance(light, layers, r, f, lit_w, lit, 1.0f, true, &unused);
+    leave(layers.faithful, lit > least, &here, &seen->lit);
   }
   if (v_any(other > least)) {
-    const vfloat here = illuminance(light, layers, r, f, other_w, other, 1.0f, false, &unused);
-    seen->done = v_select(seen->done, fmin(seen->done, here), other > least);
+    here.part = illuminance(light, layers, r, f, other_w, other, 1.0f, false, &unused);
+    leave(layers.faithful, other > least, &here, &seen->done);
   }
   const vint covered = inner > least;
   if (v_any(covered)) {
-    const vfloat here = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
+    if (f->inner && !layers.faithful) way_of(&fins->inner, r, &f->inner_d, &here);
+    here.part = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
     // The same caster's outline, or that of one beneath it: see caster_depth.
-    const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(seen->at_d, 1e-30f);
-    const vint same = (seen->at_d > 0.0f) & (fabs(apart) <= caster_depths(light, shape, here_d));
-    seen->done = v_select(seen->done, fmin(seen->done, seen->at_hand), covered & v_not(same));
-    seen->at_hand = v_select(seen->at_hand, v_select(here, fmax(here, seen->at_hand), same), covered);
-    seen->at_d = v_select(seen->at_d, here_d, covered);
+    const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(fabs(seen->at_d), 1e-30f);
+    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * fmax(here_d, 1e-30f));
+    const vint same = (seen->at_d != 0.0f) & (fabs(apart) <= depth);
+    leave(layers.faithful, covered & v_not(same), &seen->at_hand, &seen->done);
+    const vint taken = covered & v_not(same & (here.part < seen->at_hand.part));
+    seen->at_hand.part = v_select(seen->at_hand.part, here.part, taken);
+    seen->at_hand.nx = v_select(seen->at_hand.nx, here.nx, taken);
+    seen->at_hand.ny = v_select(seen->at_hand.ny, here.ny, taken);
+    vfloat short_w[4];
+    for (int k = 0; k < 4; ++k) short_w[k] = v_select((vfloat)(0.0f), inner_w[k], f->short_of[k]);
+    const vint reaches = sum_of(short_w) * 2.0f <= inner;
+    seen->at_d = v_select(seen->at_d, v_select(-here_d, here_d, reaches | (same & (seen->at_d > 0.0f))), covered);
   }
 }
 
@@ -663,16 +788,17 @@ HS_INLINE vint other_caster_at(__global const float* shadow_map, __global const 
 }
 
 HS_INLINE vfloat end_layers(const HsView light, __global const float* shadow_map, __global const uint* other_casters,
-                            __global const float* caster_range, HS_SHARED const TileFins* fins, int2 tile_px,
-                            const TileReceiver* r, const Illuminance* seen) {
+                            __global const float* caster_range, HS_SHARED const TileFins* fins, int2 tile_px, bool faithful,
+                            const TileReceiver* r, Illuminance* seen) {
   const vfloat z = 1.0f / r->d;
   const vint last_bit = caster_bits_at(caster_range, z - 1.0f / caster_range[1]);
   const vint own_bits = last_bit | caster_bits_at(caster_range, z), before = last_bit - 1;
   vfloat sum = (vfloat)(0.0f);
-  const vfloat in_shadow = v_select((vfloat)(0.0f), fmin(seen->done, seen->at_hand), seen->at_d > 0.0f);
+  leave(faithful, r->mine, &seen->at_hand, &seen->done);
+  const vfloat in_shadow = v_select((vfloat)(0.0f), seen->done.part, seen->at_d > 0.0f);
   for (int k = 0; k < 4; ++k) {
     const vint dark = r->mine & v_not(r->lit[k]);
-    vfloat value = v_select(seen->lit, in_shadow, dark);
+    vfloat value = v_select(seen->lit.part, in_shadow, dark);
     if (v_any(dark & (in_shadow > 0.0f))) {
       const vint texel = r->texel + (k >> 1) * HS_TILE + (k & 1);
       const vint map_texel = (texel / HS_TILE + tile_px.y) * (int)light.width_px + texel % HS_TILE + tile_px.x;
@@ -707,19 +833,40 @@ HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __gl
 // Visits the tile's runs of receivers: `slot` in the list.
 #define HS_FOR_LISTED(slot) for (uint slot = first_run + (uint)get_local_id(0); slot < last_run; slot += HS_TILE_ITEMS)
 
-// states: HS_STATE_PLANES floats a pixel.
+// states: HS_STATE_PLANES floats a pixel. Directions are kept as two 16-bit integers.
+#define HS_WAY_SCALE 32000.0f
+HS_INLINE void store_seen(const TileRun* run, const Seen* seen, __global float* states, size_t pixels) {
+  const vint x = v_int(seen->nx * HS_WAY_SCALE), y = v_int(seen->ny * HS_WAY_SCALE);
+  store_mine(run, seen->part, states);
+  store_mine(run, v_float_of_bits((x & 0xffff) | (y << 16)), states + pixels);
+}
+
+HS_INLINE void load_seen(const TileRun* run, __global const float* states, size_t pixels, Seen* seen) {
+  const vint way = v_as_int(load_lanes(states + pixels, run->pixel, run->valid));
+  seen->part = load_lanes(states, run->pixel, run->valid);
+  seen->nx = v_float(way << 16 >> 16) * (1.0f / HS_WAY_SCALE);
+  seen->ny = v_float(way >> 16) * (1.0f / HS_WAY_SCALE);
+}
+
 HS_INLINE void store_illuminance(const TileRun* run, const Illuminance* seen, __global float* states, size_t pixels) {
-  store_mine(run, seen->lit, states);
-  store_mine(run, seen->done, states + pixels);
-  store_mine(run, seen->at_hand, states + 2 * pixels);
-  store_mine(run, seen->at_d, states + 3 * pixels);
+  store_seen(run, &seen->lit, states, pixels);
+  store_seen(run, &seen->done, states + 2 * pixels, pixels);
+  store_seen(run, &seen->at_hand, states + 4 * pixels, pixels);
+  store_mine(run, seen->at_d, states + 6 * pixels);
 }
 
 HS_INLINE void load_illuminance(const TileRun* run, __global const float* states, size_t pixels, Illuminance* seen) {
-  seen->lit = load_lanes(states, run->pixel, run->valid);
-  seen->done = load_lanes(states + pixels, run->pixel, run->valid);
-  seen->at_hand = load_lanes(states + 2 * pixels, run->pixel, run->valid);
-  seen->at_d = load_lanes(states + 3 * pixels, run->pixel, run->valid);
+  load_seen(run, states, pixels, &seen->lit);
+  load_seen(run, states + 2 * pixels, pixels, &seen->done);
+  load_seen(run, states + 4 * pixels, pixels, &seen->at_hand);
+  seen->at_d = load_lanes(states + 6 * pixels, run->pixel, run->valid);
+}
+
+HS_INLINE void begin_illuminance(Illuminance* seen) {
+  seen->lit.part = (vfloat)(1.0f);
+  seen->lit.nx = seen->lit.ny = (vfloat)(0.0f);
+  seen->done = seen->at_hand = seen->lit;
+  seen->at_d = (vfloat)(0.0f);
 }
 
 // One work-group a tile of the features. other_casters: see raster_casters; states: float[HS_STATE_PLANES * pixels]; both only
@@ -765,8 +912,8 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
 #endif
     if (any && (tile.overflow || layer_touches(shape, layer, offsets))) {
       tile = feature_tile(view, shape, layer, layers.count, status, offsets, capacity);
-      cells = draw_tile_fins(view, bounded, shape, layers, single, tile, refs, rects, features, d_receiver, caster_range, &fins,
-                             &varied);
+      cells = draw_tile_fins(view, bounded, shape, layers, single, tile, refs, rects, features, shadow_map, d_receiver,
+                             caster_range, &fins, &varied);
     }
 #if HS_LANES == 1
     if (cells != 0) atomic_or(&all_cells, cells);
@@ -781,7 +928,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
                            &r))
           continue;
         FinTaps taps;
-        load_fins(&fins, &r, varied, &taps);
+        load_fins(&fins, &r, varied, single, layers.faithful, &taps);
         if (single) {
           if (!v_any(taps.any)) continue;
           vfloat value = one_layer(view, layers, &r, &taps);
@@ -790,9 +937,10 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
         } else {
           const bool first = !meets_cells(&run, reached);
           if (!first && !v_any(taps.any)) continue;
-          Illuminance seen = {(vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(1.0f), (vfloat)(0.0f)};
+          Illuminance seen;
+          begin_illuminance(&seen);
           if (!first) load_illuminance(&run, states, pixels, &seen);
-          add_layer(view, shape, layers, &r, &taps, &seen);
+          add_layer(view, shape, layers, &fins, &r, &taps, &seen);
           store_illuminance(&run, &seen, states, pixels);
         }
       }
@@ -809,7 +957,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
         continue;
       Illuminance seen;
       load_illuminance(&run, states, pixels, &seen);
-      vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, &r, &seen);
+      vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, layers.faithful, &r, &seen);
       if (layers.faithful) value = falloff_of(value, layers.falloff);
       store_answer(&run, value, r.mine, caps, visibility);
     }
