@@ -110,6 +110,48 @@ TEST_F(Embedding, AForeignGBufferOfPositionsHasTheSameVisibilityButForRounding) 
   EXPECT_LE(off, pixels_ / 1000);
 }
 
+// Shadow fins reach as far as the farthest receiver of their tile asks: to others in it that must make no difference.
+TEST_F(Embedding, FinsReachAllThatTheyCanShadowWhateverElseIsSeen) {
+  constexpr unsigned width = 192, rows = 16;
+  Scene scene;
+  scene.name = "plate";
+  scene.meshes = {placed("plate", ground_mesh(), {-10, 2, 0}, glm::dvec3(20)),
+                  placed("floor", ground_mesh(), {0, 0, 0}, glm::dvec3(40)),
+                  placed("basement", ground_mesh(), {0, -4, 0}, glm::dvec3(60))};
+  scene.meshes[1].casts_shadow = false;
+  scene.camera = {.position = {0, 1.5, 0}, .target = {0, 0, 0}, .up = {0, 0, 1}, .resolution = {width, 2 * rows}};
+  const glm::vec3 light(0, 6, 0);
+  scene.lights = {{.name = "key", .position = light, .target = {0, 0, 0}, .up = {}, .radius = 0.8, .cone_deg = 60}};
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene);
+  const auto seen_from = [&](float y, Method method) {
+    // On the floor, and beneath each of these where the light's ray through it meets y.
+    std::vector<glm::vec4> positions, normals(std::size_t(width) * 2 * rows, glm::vec4(0, 1, 0, 1));
+    for (unsigned row = 0; row < 2 * rows; ++row)
+      for (unsigned x = 0; x < width; ++x) {
+        const glm::vec3 p(0.01f * (static_cast<float>(x) - 0.5f * width), 0, 0.1f * static_cast<float>(row % rows));
+        positions.emplace_back(row < rows ? p : light + (p - light) * (light.y - y) / light.y, 1.0f);
+      }
+    const cl::Buffer position = host.buffer(positions), normal = host.buffer(normals), visibility = host.plane(positions.size());
+    GBuffer gbuffer;
+    gbuffer.resolution = {width, 2 * rows};
+    gbuffer.position = position();
+    gbuffer.normal = normal();
+    renderer.enqueue_visibility(gbuffer, 0, {.method = method}, visibility());
+    return host.read(visibility, width * rows);
+  };
+  for (const Method method : {Method::fins, Method::layered_fins}) {
+    const std::vector<float> alone = seen_from(0.0f, method), with_basement = seen_from(-3.9f, method);
+    std::size_t penumbra = 0;
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      ASSERT_NEAR(alone[i], with_basement[i], 1e-5) << name_of(method) << " " << i % width;
+      penumbra += alone[i] > 0.0f && alone[i] < 1.0f;
+    }
+    EXPECT_GT(penumbra, 1000u);
+  }
+}
+
 TEST_F(Embedding, OurOwnGBufferOnTheirQueueIsTheSameToo) {
   const Host host;
   Renderer renderer(Device::adopt(host.context(), host.queue()));
