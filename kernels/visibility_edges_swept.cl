@@ -25,13 +25,17 @@
 #define HS_DIRECTIONS 64
 #define HS_UNSURE 1e-5f  // of the product of lengths; ten times less than what would cost time
 
+// The middles of some bounds, and half their sizes.
+typedef struct {
+  float x[HS_GROUP_VECTORS], y[HS_GROUP_VECTORS], z[HS_GROUP_VECTORS];
+  float half_x[HS_GROUP_VECTORS], half_y[HS_GROUP_VECTORS], half_z[HS_GROUP_VECTORS];
+} Bounds;
+
 typedef struct {
   float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
   ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
   int count;
-  // Of the unit ways to each vector of receivers: the middle of their bounds, and half the bounds' size.
-  float way_x[HS_GROUP_VECTORS], way_y[HS_GROUP_VECTORS], way_z[HS_GROUP_VECTORS];
-  float way_half_x[HS_GROUP_VECTORS], way_half_y[HS_GROUP_VECTORS], way_half_z[HS_GROUP_VECTORS];
+  Bounds place, way;                                        // of each vector of receivers, and of the unit ways to them
   ushort pair_edge[HS_PAIR_ROOM], pair_slot[HS_PAIR_ROOM];  // edges, ascending, and the samples that they may pass over
   int pair_count;
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
@@ -67,12 +71,27 @@ HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float 
   *high = high_a + ht + (fabs(high_a) + fabs(ht)) * 2e-6f + slack;
 }
 
-// Bounds of a coordinate of unit vectors, but for those that are `none`. Wider than rounding may turn them.
-HS_INLINE void bound_ways(vfloat u, vint none, float* middle, float* half_size) {
-  const vfloat most = (vfloat)(1.0f);
-  const float low = v_least(v_select(u, most, none)), high = -v_least(v_select(-u, most, none));
+HS_INLINE void bound_lanes(vfloat v, float* middle, float* half_size) {
+  const float low = v_least(v), high = -v_least(-v);
   *middle = 0.5f * (low + high);
-  *half_size = 0.5f * (high - low) + 1e-5f;
+  *half_size = 0.5f * (high - low);
+}
+
+HS_INLINE void bound_vector(vfloat x, vfloat y, vfloat z, int i, Bounds* bounds) {
+  bound_lanes(x, bounds->x + i, bounds->half_x + i);
+  bound_lanes(y, bounds->y + i, bounds->half_y + i);
+  bound_lanes(z, bounds->z + i, bounds->half_z + i);
+}
+
+// What lies along an axis of each of eight bounds: the middle's, and how far from that the rest may be.
+HS_INLINE float8 along_middles(const Bounds* bounds, float3 axis, float3 from) {
+  return axis.x * (vload8(0, bounds->x) - from.x) + axis.y * (vload8(0, bounds->y) - from.y) +
+         axis.z * (vload8(0, bounds->z) - from.z);
+}
+
+HS_INLINE float8 along_halves(const Bounds* bounds, float3 axis, float slack) {
+  return fabs(axis.x) * (vload8(0, bounds->half_x) + slack) + fabs(axis.y) * (vload8(0, bounds->half_y) + slack) +
+         fabs(axis.z) * (vload8(0, bounds->half_z) + slack);
 }
 
 // Puts the receivers of a group into the sweep, sorted by the direction in which they lie from the first one: an edge is passed
@@ -104,30 +123,31 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   }
   for (int v = 0; v < HS_GROUP_VECTORS; ++v) {
     const int i = min(v * HS_LANES, (count - 1) / HS_LANES * HS_LANES);
-    const vfloat dx = v_load(sweep->x + i) - sweep->x[0], dy = v_load(sweep->y + i) - sweep->y[0],
-                 dz = v_load(sweep->z + i) - sweep->z[0];
+    const vfloat x = v_load(sweep->x + i), y = v_load(sweep->y + i), z = v_load(sweep->z + i);
+    bound_vector(x, y, z, v, &sweep->place);
+    const vfloat dx = x - sweep->x[0], dy = y - sweep->y[0], dz = z - sweep->z[0];
     const vfloat length = sqrt(dx * dx + dy * dy + dz * dz);
     const vint none = length == 0.0f;
     const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none);
-    bound_ways(dx * to_unit, none, sweep->way_x + v, sweep->way_half_x + v);
-    bound_ways(dy * to_unit, none, sweep->way_y + v, sweep->way_half_y + v);
-    bound_ways(dz * to_unit, none, sweep->way_z + v, sweep->way_half_z + v);
+    const vfloat ux = dx * to_unit, uy = dy * to_unit, uz = dz * to_unit;
+    bound_vector(v_select(ux, (vfloat)(ux.sf), none), v_select(uy, (vfloat)(uy.sf), none), v_select(uz, (vfloat)(uz.sf), none), v,
+                 &sweep->way);
   }
 }
 
-// Which vectors of receivers an edge may be passed by: ways for which its ends are on different sides of the plane through sample
-// and way, or for which that is not sure. m_a, m_b: see sum_jumps.
-HS_INLINE uint vectors_between(const Sweep* sweep, float3 m_a, float3 m_b) {
-  const float8 x = vload8(0, sweep->way_x), y = vload8(0, sweep->way_y), z = vload8(0, sweep->way_z);
-  const float8 half_x = vload8(0, sweep->way_half_x), half_y = vload8(0, sweep->way_half_y),
-               half_z = vload8(0, sweep->way_half_z);
-  const float3 size_a = fabs(m_a), size_b = fabs(m_b);
-  const vfloat middle = (vfloat)(m_a.x * x + m_a.y * y + m_a.z * z, m_b.x * x + m_b.y * y + m_b.z * z);
-  const vfloat reach = (vfloat)(size_a.x * half_x + size_a.y * half_y + size_a.z * half_z,
-                                size_b.x * half_x + size_b.y * half_y + size_b.z * half_z);
+// Which vectors of receivers an edge may be passed by: by their bounds some may see the sample on another side of it than p0
+// does, with ways for which its ends are on different sides of the plane through sample and way. For the arguments see sum_jumps.
+HS_INLINE uint vectors_between(const Sweep* sweep, float3 n_s, float3 a, bool left0, float unsure, float3 m_a, float3 m_b) {
+  const float slack = 1e-5f;
+  const float8 from = along_middles(&sweep->place, n_s, a), from_reach = along_halves(&sweep->place, n_s, 0.0f) + unsure;
+  const vfloat middle =
+      (vfloat)(along_middles(&sweep->way, m_a, (float3)(0.0f)), along_middles(&sweep->way, m_b, (float3)(0.0f)));
+  const vfloat reach = (vfloat)(along_halves(&sweep->way, m_a, slack), along_halves(&sweep->way, m_b, slack));
   const uint above = lane_bits(middle > reach), below = lane_bits(middle < -reach);
   const uint same = (above & above >> HS_GROUP_VECTORS) | (below & below >> HS_GROUP_VECTORS);
-  return ~same & ((1u << (sweep->count + HS_LANES - 1) / HS_LANES) - 1u);
+  const float8 back = left0 ? from - from_reach : -from - from_reach;
+  const uint unturned = lane_bits((vfloat)(back, back) > 0.0f);
+  return ~(same | unturned) & ((1u << (sweep->count + HS_LANES - 1) / HS_LANES) - 1u);
 }
 
 // An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
@@ -281,7 +301,8 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
     if (fabs(from0) <= unsure)
       left0 = left_as_walked(list, i, s, disc.radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), left0);
     const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
-    for (uint between = vectors_between(sweep, m_a, m_b); between != 0; between &= between - 1) {
+    for (uint between = vectors_between(sweep, n_s, a, HS_LANE(left0, 0) != 0, unsure, m_a, m_b); between != 0;
+         between &= between - 1) {
       const int v = first_lane(between);
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
