@@ -145,7 +145,7 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
     vint keep = (m | o0 | o1) != 0;
     if (!v_any(keep)) continue;
 
-    // As capsule_touches.
+    // As tiles_with_edge, for many edges and one region.
     const vfloat az = v_load(pool->az + i), bz = v_load(pool->bz + i);
     const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
     const vfloat da = 1.0f / az, db = 1.0f / bz;

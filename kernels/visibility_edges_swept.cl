@@ -289,10 +289,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
     const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
     const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
     const float3 s_ls = s * disc.radius;
-    // The receiver that the edge passes by lies on the other side of its faces' planes.
-    const int side0 = s.x * (list->n0x[i] * disc.radius) + s.y * (list->n0y[i] * disc.radius) >= list->n0w[i] ? -1 : 1;
-    const int side1 = s.x * (list->n1x[i] * disc.radius) + s.y * (list->n1y[i] * disc.radius) >= list->n1w[i] ? -1 : 1;
-    const int m = list->m[i] + list->o0[i] * side0 + list->o1[i] * side1;
+    const vint m = multiplicity_at(list, i, disc.radius, (vfloat)(s.x), (vfloat)(s.y));
     const float3 n_s = cross3(a - s_ls, b - a);
     const float from0 = dot(n_s, p0 - a);
     // Nearer than this the walk's rounding may find the sample on the other side.
@@ -322,7 +319,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
       const vfloat sum = fabs(from0) + fabs(from), way_z = p0.z + dz * (fabs(from0) / v_select((vfloat)(1.0f), sum, sum > 0.0f));
       const vint before = edge_z < way_z;
       if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
-      const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left), passes & before);
+      const vint jump = v_select((vint)(0), v_select(-m, m, left), passes & before);
       short* jumps = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
       vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
     }
