@@ -266,7 +266,8 @@ struct Renderer::State {
   Bins receiver_bins;
   std::map<LightSamplesKey, LightSamples> light_samples;
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, tile_near_fins;
-  GrowingBuffer receiver_words, caps, illuminances;                             // of shadow fins
+  GrowingBuffer receiver_words;  // to which tile each pixel belongs; of shadow fins and exact
+  GrowingBuffer caps, illuminances;  // of shadow fins
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, other_casters;  // of layers of them
   GrowingBuffer depth, normal, face, visibility, rgb, tints;
   GrowingBuffer counters;  // LightCounters a face
@@ -481,6 +482,7 @@ struct Renderer::State {
     disc_edges.at_least(*device, most_edges * sizeof(HsEdge), "potential silhouettes");
     tile_far.at_least(*device, tiles * sizeof(cl_float), "tile depths");
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");
+    receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
     feature_bins.size_for(*device, 1, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
     receiver_bins.size_for(*device, 1, tiles, 1);
@@ -490,8 +492,8 @@ struct Renderer::State {
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(tile_queue.get(), sizeof(cl_int));
-    launch_pixels("bound_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, tile_far.get(),
-                  receiver_bins.counts.get());
+    launch_pixels("receive_by_map", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
+                  receiver_words.get(), tile_far.get(), receiver_bins.counts.get(), out, plane);
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
     launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
                   widest_radius, planes.get(), disc_sides.get());
@@ -504,9 +506,8 @@ struct Renderer::State {
     launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
     launch_strided("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
-    launch_pixels("list_receivers", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
-                  feature_bins.offsets.get(), static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(),
-                  receivers.get(), out, plane);
+    launch_pixels("list_receivers", gbuffer.resolution, receiver, receiver_words.get(), feature_bins.offsets.get(),
+                  static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(), receivers.get());
     // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
     const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
     launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,

@@ -1,38 +1,21 @@
 // Receivers to the light map's tiles: how far they are, and which of them must be counted, sample by sample
 // (visibility_exact.cl).
 
-// The tile of a receiver, from its position in texels (centres at integers).
-HS_INLINE vint tile_of(const HsView light, const Receiver* r) {
-  return row(light, v_int(rint(r->v))) / HS_TILE * (int)light.tiles_x + column(light, v_int(rint(r->u))) / HS_TILE;
+// Index of the first pixel that HS_FOR_PIXELS is at.
+#define HS_PIXEL ((size_t)py * view.width_px + px)
+
+// Takes the lanes of the least tile out of those that are left.
+HS_INLINE vint next_tile(vint tiles, vint* left, int* tile) {
+  *tile = v_min(v_select((vint)(INT_MAX), tiles, *left));
+  const vint same = *left & (tiles == *tile);
+  *left &= v_not(same);
+  return same;
 }
 
-// True if all lanes of `mask` hold the same tile, which is then *tile.
-HS_INLINE bool one_tile(vint tiles, vint mask, int* tile) {
-  *tile = v_min(v_select((vint)(INT_MAX), tiles, mask));
-  return *tile == -v_min(v_select((vint)(INT_MAX), -tiles, mask));
-}
-
-// tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts: its receivers. Both must be 0.
-__kernel void bound_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                              __global const float4* normal, __global int* tile_far, __global uint* tile_counts) {
-  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
-    const vint mine = v_not(r.decided) & (v_iota < valid);
-    if (!v_any(mine)) continue;
-    const vint tiles = tile_of(light, &r), z_bits = v_as_int(r.z);
-    int tile;
-    if (one_tile(tiles, mine, &tile)) {
-      const int far = -v_min(v_select((vint)(0), -z_bits, mine));
-      atomic_max(&tile_far[tile], far);
-      atomic_add(&tile_counts[tile], (uint)lane_count(mine));
-    } else {
-      for (int i = 0; i < HS_LANES; ++i) {
-        if (!HS_LANE(mine, i)) continue;
-        atomic_max(&tile_far[HS_LANE(tiles, i)], HS_LANE(z_bits, i));
-        atomic_inc(&tile_counts[HS_LANE(tiles, i)]);
-      }
-    }
-  }
+// Adds receivers of a tile to its number, and the farthest one's depth to its bound, float bits.
+HS_INLINE void bound_tile(vint receivers, vfloat z, __global int* far, __global uint* count, uint more) {
+  atomic_max(far, -v_min(v_select((vint)(0), -v_as_int(z), receivers)));
+  atomic_add(count, more);
 }
 
 // By the map: a surface whose 1/z in a texel is at most the receiver's plane there plus the first is the receiver's own or beyond
@@ -40,44 +23,54 @@ __kernel void bound_receivers(const HsView light, const HsReceiverView view, __g
 #define HS_SAME_SURFACE(d, slope) ((slope) * (1.0f / 64.0f) + (d)*4e-6f)
 #define HS_CLEARLY_BEFORE(d, slope) ((d)*1.01f + 2.0f * (slope))
 
-// Answers the receivers that no silhouette comes near by the shadow map, and lists the others, tile by tile.
-// listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
-__kernel void list_receivers(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
-                             __global const float4* normal, __global const float* shadow_map, __global const uint* edge_offsets,
-                             const uint all, __global uint* tile_cursors, __global uint* listed, __global float* visibility,
-                             const uint plane) {
+#define HS_WORD_UNCLEAR (1 << 30)  // of a receiver's word, tile + 1: the map does not tell whether it is lit
+
+// What the shadow map answers; where silhouettes may come near, and where it does not tell, count_samples answers instead.
+// receiver_words: uint a pixel, 0 for none. tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts:
+// its receivers. Both must be 0.
+__kernel void receive_by_map(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
+                             __global const float4* normal, __global const float* shadow_map, __global uint* receiver_words,
+                             __global int* tile_far, __global uint* tile_counts, __global float* visibility, const uint plane) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
-    const vint mine = v_not(r.decided) & (v_iota < valid);
-    if (v_any(mine)) {
-      const vint tiles = tile_of(light, &r);
-      int tile;
-      const bool together = one_tile(tiles, mine, &tile);
-      vint chosen = mine;
-      if (!all && !(together && edge_offsets[tile] != edge_offsets[tile + 1])) {
-        const vint x = column(light, v_int(rint(r.u))), y = row(light, v_int(rint(r.v)));
-        const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
-        const vfloat slope = fabs(r.plane_dx) + fabs(r.plane_dy);
-        const vfloat plane_d = r.plane_d + r.plane_dx * (v_float(x) - r.u) + r.plane_dy * (v_float(y) - r.v);
-        const vint lit = z_map * (plane_d + HS_SAME_SURFACE(r.plane_d, slope)) >= 1.0f;
-        const vint dark = z_map * HS_CLEARLY_BEFORE(r.plane_d, slope) < 1.0f;
-        chosen = mine & v_not(lit | dark);
-        if (!together)
-          for (int i = 0; i < HS_LANES; ++i)
-            if (HS_LANE(mine, i) && edge_offsets[HS_LANE(tiles, i)] != edge_offsets[HS_LANE(tiles, i) + 1])
-              HS_SET_LANE(chosen, i);
-        result = v_select(v_select((vfloat)(0.0f), (vfloat)(1.0f), lit), r.visibility, r.decided);
-      }
-      if (v_any(chosen)) {
-        const uint pixel = (uint)py * view.width_px + (uint)px;
-        uint slot = together ? atomic_add(&tile_cursors[tile], (uint)lane_count(chosen)) : 0;
-        for (int i = 0; i < HS_LANES; ++i) {
-          if (!HS_LANE(chosen, i)) continue;
-          listed[together ? slot++ : atomic_inc(&tile_cursors[HS_LANE(tiles, i)])] = pixel + i;
-        }
+    vint words = (vint)(0);
+    vint left = v_not(r.decided) & (v_iota < valid);
+    if (v_any(left)) {
+      const vint x = column(light, v_int(rint(r.u))), y = row(light, v_int(rint(r.v)));
+      const vint tiles = y / HS_TILE * (int)light.tiles_x + x / HS_TILE;
+      const vfloat z_map = v_gather(shadow_map, y * (int)light.width_px + x);
+      const vfloat slope = fabs(r.plane_dx) + fabs(r.plane_dy);
+      const vfloat plane_d = r.plane_d + r.plane_dx * (v_float(x) - r.u) + r.plane_dy * (v_float(y) - r.v);
+      const vint lit = z_map * (plane_d + HS_SAME_SURFACE(r.plane_d, slope)) >= 1.0f;
+      const vint dark = z_map * HS_CLEARLY_BEFORE(r.plane_d, slope) < 1.0f;
+      result = v_select(v_select((vfloat)(0.0f), (vfloat)(1.0f), lit), r.visibility, r.decided);
+      words = v_select((vint)(0), (tiles + 1) | v_select((vint)(HS_WORD_UNCLEAR), (vint)(0), lit | dark), left);
+      while (v_any(left)) {
+        int tile;
+        const vint same = next_tile(tiles, &left, &tile);
+        bound_tile(same, r.z, tile_far + tile, tile_counts + tile, (uint)lane_count(same));
       }
     }
-    store_visibility(&r, result, visibility, ((size_t)plane * view.height_px + py) * view.width_px + px, valid);
+    store_lanes(v_float_of_bits(words), (__global float*)receiver_words, HS_PIXEL, valid);
+    store_visibility(&r, result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
+  }
+}
+
+// Lists the receivers to be counted, tile by tile; `all`: every one.
+// listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
+__kernel void list_receivers(const HsReceiverView view, __global const uint* receiver_words, __global const uint* edge_offsets,
+                             const uint all, __global uint* tile_cursors, __global uint* listed) {
+  HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
+    const vint words = v_as_int(load_lanes((__global const float*)receiver_words, HS_PIXEL, valid));
+    for (vint left = (words != 0) & (v_iota < valid); v_any(left);) {
+      int tile;
+      vint chosen = next_tile(words & (HS_WORD_UNCLEAR - 1), &left, &tile);
+      if (!all && edge_offsets[tile - 1] == edge_offsets[tile]) chosen &= (words & HS_WORD_UNCLEAR) != 0;
+      uint bits = lane_bits(chosen);
+      if (bits == 0) continue;
+      for (uint slot = atomic_add(&tile_cursors[tile - 1], (uint)popcount(bits)); bits != 0; bits &= bits - 1)
+        listed[slot++] = (uint)HS_PIXEL + (uint)first_lane(bits);
+    }
   }
 }

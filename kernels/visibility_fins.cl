@@ -346,19 +346,8 @@ HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const
 #define HS_WORD_TILE ((1 << HS_LIT_SHIFT) - 1)
 #define HS_WORD_CAPPED (1 << (HS_LIT_SHIFT + 4))  // the pixel may not have all of the light: what it may have is in `caps`
 
-// Index of the first pixel that HS_FOR_PIXELS is at.
-#define HS_PIXEL ((size_t)py * view.width_px + px)
-
 // Runs of HS_LANES pixels are listed by tile, those that lie in more than one tile in each. Where a run begins: px | py << 16.
 #define HS_RUN_Y_SHIFT 16
-
-// Takes the lanes of the least tile out of those that are left.
-HS_INLINE vint next_tile(vint tiles, vint* left, int* tile) {
-  *tile = v_min(v_select((vint)(INT_MAX), tiles, *left));
-  const vint same = *left & (tiles == *tile);
-  *left &= v_not(same);
-  return same;
-}
 
 // Hard shadows, and which pixels are near fins: to those the tiles give an answer where a fin reaches them.
 // receiver_words: uint a pixel; caps: float a pixel, see above_horizon. tile_counts: runs of each tile; tile_far: float bits a
@@ -388,9 +377,7 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
         const vint same = next_tile(tiles, &left, &tile);
         if (near[tile]) {
           chosen |= same;
-          atomic_inc(&tile_counts[tile]);
-          const int far = -v_min(v_select((vint)(0), -v_as_int(r.z), same));
-          atomic_max(&tile_far[tile], far);
+          bound_tile(same, r.z, tile_far + tile, tile_counts + tile, 1);
         }
       }
       if (v_any(chosen)) {
