@@ -184,6 +184,11 @@ HS_INLINE vfloat load_lanes(__global const float* plane, size_t first, int valid
 #endif
 }
 
+// The same, of integers.
+HS_INLINE vint load_int_lanes(__global const int* p, size_t first, int valid) {
+  return v_as_int(load_lanes((__global const float*)p, first, valid));
+}
+
 // Every fourth value.
 HS_INLINE vfloat strided_lanes(const float* p) {
 #if HS_LANES == 16
@@ -219,6 +224,26 @@ HS_INLINE void load_lanes4(__global const float4* plane, size_t first, int valid
   *w = vload16(0, lanes[3]);
 #else
   const float4 value = plane[first];
+  *x = value.x;
+  *y = value.y;
+  *z = value.z;
+  *w = value.w;
+#endif
+}
+
+// Four interleaved channels of some pixels.
+HS_INLINE void v_gather4(__global const float4* plane, vint i, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
+#if HS_LANES == 16
+  const float16 a = (float16)(plane[i.s0], plane[i.s1], plane[i.s2], plane[i.s3]),
+                b = (float16)(plane[i.s4], plane[i.s5], plane[i.s6], plane[i.s7]),
+                c = (float16)(plane[i.s8], plane[i.s9], plane[i.sa], plane[i.sb]),
+                d = (float16)(plane[i.sc], plane[i.sd], plane[i.se], plane[i.sf]);
+  *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
+  *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
+  *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
+  *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+#else
+  const float4 value = plane[i];
   *x = value.x;
   *y = value.y;
   *z = value.z;
@@ -262,6 +287,10 @@ HS_INLINE void store_lanes4(vfloat x, vfloat y, vfloat z, vfloat w, __global flo
 #else
   plane[first] = (float4)(x, y, z, w);
 #endif
+}
+
+HS_INLINE vfloat along_axis(float3 axis, vfloat x, vfloat y, vfloat z) {
+  return axis.x * x + axis.y * y + axis.z * z;
 }
 
 // The tile of the calling work-group, and its first texel.

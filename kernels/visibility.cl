@@ -12,10 +12,10 @@ typedef struct {
   vfloat error_d;  // what 1/z may be wrong by because of the G-buffer
 } Receiver;
 
-// How far a receiver is from the camera, given its place in light space before the division by w.
-HS_INLINE float distance_from_camera(const HsReceiverView view, float4 p) {
-  const float4 from_camera = p - view.origin;
-  return sqrt(dot(from_camera, from_camera)) * view.unit;
+// How far receivers are from the camera, given their places in light space before the division by w.
+HS_INLINE vfloat distance_from_camera(const HsReceiverView view, vfloat x, vfloat y, vfloat z, vfloat w) {
+  const vfloat rx = x - view.origin.x, ry = y - view.origin.y, rz = z - view.origin.z, rw = w - view.origin.w;
+  return sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * view.unit;
 }
 
 // Where HS_LANES pixels lie in the light.
@@ -49,8 +49,7 @@ HS_INLINE PixelPlace place_pixels(const HsView light, const HsReceiverView view,
     p.y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
     p.z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
     p.w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
-    const vfloat rx = p.x - view.origin.x, ry = p.y - view.origin.y, rz = p.z - view.origin.z, rw = p.w - view.origin.w;
-    p.error = sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * (view.unit * view.size_per_px * (1.0f / 256.0f));
+    p.error = distance_from_camera(view, p.x, p.y, p.z, p.w) * (view.size_per_px * (1.0f / 256.0f));
   }
   // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.
   p.w = fmax(p.w, 1e-20f);

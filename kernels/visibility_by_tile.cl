@@ -62,7 +62,7 @@ __kernel void receive_by_map(const HsView light, const HsReceiverView view, __gl
 __kernel void list_receivers(const HsReceiverView view, __global const uint* receiver_words, __global const uint* edge_offsets,
                              const uint all, __global uint* tile_cursors, __global uint* listed) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const vint words = v_as_int(load_lanes((__global const float*)receiver_words, HS_PIXEL, valid));
+    const vint words = load_int_lanes((__global const int*)receiver_words, HS_PIXEL, valid);
     for (vint left = (words != 0) & (v_iota < valid); v_any(left);) {
       int tile;
       vint chosen = next_tile(words & (HS_WORD_UNCLEAR - 1), &left, &tile);

@@ -39,75 +39,92 @@ typedef struct {
   int m[HS_POOL], o0[HS_POOL], o1[HS_POOL];
 } EdgePool;
 
-// A receiver's position in light space, lifted off its surface by what the position may be wrong: a 128th of its pixel, because
-// the rasterizer snaps vertices to a 256th, or the rounding of coordinates; host/rays.cpp lifts as far. slope_ls: of its plane's
-// 1/z in q.
-HS_INLINE float3 lifted_receiver(const HsReceiverView view, uint pixel, __global const float* depth_or_position,
-                                 __global const float4* normal, float2* slope_ls) {
-  float4 p;
-  float error;
-  if (view.has_depth) {
-    const float z = depth_or_position[pixel];
-    p = z * (view.ray0 + (float)(pixel % view.width_px) * view.ray_dx + (float)(pixel / view.width_px) * view.ray_dy) +
-        view.origin;
-    error = fmax(z * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
-                 view.unit * fmax(fmax(fabs(p.x), fabs(p.y)), fabs(view.axis_ws.w != 0.0f ? p.z : p.w)) * 0x1p-22f);
-  } else {
-    const float4 q = ((__global const float4*)depth_or_position)[pixel];
-    const float4 h = (float4)(q.xyz, 1.0f);
-    p = (float4)(dot(view.from_world_x, h), dot(view.from_world_y, h), dot(view.from_world_z, h), dot(view.from_world_w, h));
-    error = (fabs(q.x) + fabs(q.y) + fabs(q.z) +
-             view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
-                          fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
-                1e-6f +
-            distance_from_camera(view, p) * view.size_per_px * (1.0f / 128.0f);
-  }
-  const float3 n = normal[pixel].xyz;
-  p += (float4)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n), dot(view.from_world_z.xyz, n),
-                dot(view.from_world_w.xyz, n)) *
-       error;
-  // As in locate.
-  *slope_ls = (float2)(dot(view.from_world_x.xyz, n), dot(view.from_world_y.xyz, n));
-  *slope_ls /= fmin(view.axis_ws.w * dot(*slope_ls, p.xy) + dot(view.axis_ws.xyz, n) * p.z, -1e-30f);
-  return p.xyz / fmax(p.w, 1e-20f);
-}
-
+// Loads receivers. Their positions are lifted off their surfaces by what they may be wrong: a 128th of a pixel, because the
+// rasterizer snaps vertices to a 256th, or the rounding of coordinates; host/rays.cpp lifts as far.
 HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __global const uint* pixels, int count,
                           __global const float* depth_or_position, __global const float4* normal, Batch* batch) {
-  for (int i = 0; i < count; ++i) {
-    float2 slope;
-    batch->pixel[i] = pixels[i];
-    const float3 p = lifted_receiver(view, pixels[i], depth_or_position, normal, &slope);
-    const float3 px = project_px(light, p);
-    batch->x[i] = p.x;
-    batch->y[i] = p.y;
-    batch->z[i] = p.z;
-    batch->u[i] = px.x;
-    batch->v[i] = px.y;
-    batch->plane_d[i] = px.z;
-    batch->plane_dx[i] = slope.x / light.px_from_q.x;
-    batch->plane_dy[i] = slope.y / light.px_from_q.z;
+  const int width = (int)view.width_px;
+  for (int i = 0; i < count; i += HS_LANES) {
+    const vint pixel = load_int_lanes((__global const int*)pixels, i, min(count - i, HS_LANES));
+    vfloat x, y, z, w, error;
+    if (view.has_depth) {
+      const vfloat z_vs = v_gather(depth_or_position, pixel);
+      vint row = v_int(v_float(pixel) / (float)view.width_px);  // or one off
+      row += v_select(v_select((vint)(0), (vint)(1), pixel - row * width >= width), (vint)(-1), pixel < row * width);
+      const vfloat px = v_float(pixel - row * width), py = v_float(row);
+      x = z_vs * (view.ray0.x + px * view.ray_dx.x + py * view.ray_dy.x) + view.origin.x;
+      y = z_vs * (view.ray0.y + px * view.ray_dx.y + py * view.ray_dy.y) + view.origin.y;
+      z = z_vs * (view.ray0.z + px * view.ray_dx.z + py * view.ray_dy.z) + view.origin.z;
+      w = z_vs * (view.ray0.w + px * view.ray_dx.w + py * view.ray_dy.w) + view.origin.w;
+      error = fmax(z_vs * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
+                   view.unit * fmax(fmax(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
+    } else {
+      vfloat x_ws, y_ws, z_ws, seen;
+      v_gather4((__global const float4*)depth_or_position, pixel, &x_ws, &y_ws, &z_ws, &seen);
+      x = x_ws * view.from_world_x.x + y_ws * view.from_world_x.y + z_ws * view.from_world_x.z + view.from_world_x.w;
+      y = x_ws * view.from_world_y.x + y_ws * view.from_world_y.y + z_ws * view.from_world_y.z + view.from_world_y.w;
+      z = x_ws * view.from_world_z.x + y_ws * view.from_world_z.y + z_ws * view.from_world_z.z + view.from_world_z.w;
+      w = x_ws * view.from_world_w.x + y_ws * view.from_world_w.y + z_ws * view.from_world_w.z + view.from_world_w.w;
+      error = (fabs(x_ws) + fabs(y_ws) + fabs(z_ws) +
+               view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
+                            fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
+                  1e-6f +
+              distance_from_camera(view, x, y, z, w) * (view.size_per_px * (1.0f / 128.0f));
+    }
+    vfloat nx, ny, nz, receives;
+    v_gather4(normal, pixel, &nx, &ny, &nz, &receives);
+    vfloat slope_x = along_axis(view.from_world_x.xyz, nx, ny, nz), slope_y = along_axis(view.from_world_y.xyz, nx, ny, nz);
+    x += slope_x * error;
+    y += slope_y * error;
+    z += along_axis(view.from_world_z.xyz, nx, ny, nz) * error;
+    w += along_axis(view.from_world_w.xyz, nx, ny, nz) * error;
+    // As in locate.
+    const vfloat to_slope = 1.0f / fmin(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z,
+                                        (vfloat)(-1e-30f));
+    const vfloat inverse_w = 1.0f / fmax(w, (vfloat)(1e-20f));
+    x *= inverse_w;
+    y *= inverse_w;
+    z *= inverse_w;
+    const vfloat d = 1.0f / z;
+    v_store(v_as_float(pixel), (float*)batch->pixel + i);
+    v_store(x, batch->x + i);
+    v_store(y, batch->y + i);
+    v_store(z, batch->z + i);
+    v_store(x * d * light.px_from_q.x + light.px_from_q.y, batch->u + i);
+    v_store(y * d * light.px_from_q.z + light.px_from_q.w, batch->v + i);
+    v_store(d, batch->plane_d + i);
+    v_store(slope_x * to_slope / light.px_from_q.x, batch->plane_dx + i);
+    v_store(slope_y * to_slope / light.px_from_q.z, batch->plane_dy + i);
   }
+}
+
+HS_INLINE void bound_values(const float* values, int first, int end, float* middle, float* half_size) {
+  vfloat low = (vfloat)(INFINITY), high = (vfloat)(-INFINITY);
+  for (int i = first; i < end; i += HS_LANES) {
+    const vint some = v_iota < end - i;
+    const vfloat v = v_load(values + i);
+    low = v_select(low, fmin(low, v), some);
+    high = v_select(high, fmax(high, v), some);
+  }
+  const float least = v_least(low), most = -v_least(-high);
+  *middle = 0.5f * (least + most);
+  *half_size = 0.5f * (most - least);
 }
 
 // Not returned: what a returned struct brings with it when it is inlined is unknown to Oclgrind 21.10.
 HS_INLINE void bound_region(const Batch* batch, int first, int end, Region* region) {
-  float3 low = (float3)(1e30f), high = (float3)(-1e30f);
-  float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
-  for (int i = first; i < end; ++i) {
-    const float3 p = (float3)(batch->x[i], batch->y[i], batch->z[i]);
-    const float2 px = (float2)(batch->u[i], batch->v[i]);
-    low = fmin(low, p);
-    high = fmax(high, p);
-    low_px = fmin(low_px, px);
-    high_px = fmax(high_px, px);
-  }
-  region->middle = 0.5f * (low + high);
-  region->half_size = 0.5f * (high - low);
-  region->middle_px = 0.5f * (low_px + high_px);
-  region->half_px = 0.5f * (high_px - low_px);
-  region->far_z = high.z;
-  region->d_far = 1.0f / high.z;
+  float mx, my, mz, hx, hy, hz, mu, mv, hu, hv;
+  bound_values(batch->x, first, end, &mx, &hx);
+  bound_values(batch->y, first, end, &my, &hy);
+  bound_values(batch->z, first, end, &mz, &hz);
+  bound_values(batch->u, first, end, &mu, &hu);
+  bound_values(batch->v, first, end, &mv, &hv);
+  region->middle = (float3)(mx, my, mz);
+  region->half_size = (float3)(hx, hy, hz);
+  region->middle_px = (float2)(mu, mv);
+  region->half_px = (float2)(hu, hv);
+  region->far_z = mz + hz;
+  region->d_far = 1.0f / region->far_z;
 }
 
 // The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
@@ -250,24 +267,21 @@ HS_INLINE int list_edges(const HsView light, float radius_px, const Region* regi
   return count;
 }
 
-HS_INLINE void swap_floats(float* values, int i, int k) {
-  const float value = values[i];
-  values[i] = values[k];
-  values[k] = value;
-}
-
-HS_INLINE void swap_receivers(Batch* batch, int i, int k) {
-  const uint pixel = batch->pixel[i];
-  batch->pixel[i] = batch->pixel[k];
-  batch->pixel[k] = pixel;
-  swap_floats(batch->x, i, k);
-  swap_floats(batch->y, i, k);
-  swap_floats(batch->z, i, k);
-  swap_floats(batch->u, i, k);
-  swap_floats(batch->v, i, k);
-  swap_floats(batch->plane_d, i, k);
-  swap_floats(batch->plane_dx, i, k);
-  swap_floats(batch->plane_dy, i, k);
+// Puts the chosen of values first .. end before the others, in order. chosen: as lane_bits has them, a vector each.
+HS_INLINE void part_values(float* values, int first, int end, const ushort* chosen) {
+  float others[HS_BATCH + HS_LANES];
+  const vfloat behind = v_load(values + end);  // stores of vectors reach past the end
+  int to = first, other_count = 0;
+  for (int i = first; i < end; i += HS_LANES) {
+    const vfloat v = v_load(values + i);
+    const uint bits = chosen[(i - first) / HS_LANES], all = (1u << min(end - i, HS_LANES)) - 1u;
+    v_store_chosen(v, bits, values + to);
+    v_store_chosen(v, all & ~bits, others + other_count);
+    to += (int)popcount(bits);
+    other_count += (int)popcount(all & ~bits);
+  }
+  for (int i = 0; i < other_count; i += HS_LANES) v_store(v_load(others + i), values + to + i);
+  v_store(behind, values + end);
 }
 
 // Parts receivers first .. end in the middle of where they reach farthest. Returns where the second part begins.
@@ -275,12 +289,21 @@ HS_INLINE int split_receivers(Batch* batch, int first, int end, const Region* re
   const float3 size = region->half_size;
   const float* at = size.x >= fmax(size.y, size.z) ? batch->x : size.y >= size.z ? batch->y : batch->z;
   const float middle = at == batch->x ? region->middle.x : at == batch->y ? region->middle.y : region->middle.z;
-  int low = first, high = end;
-  for (;;) {
-    while (low < high && at[low] < middle) ++low;
-    while (low < high && at[high - 1] >= middle) --high;
-    if (low >= high) break;
-    swap_receivers(batch, low, high - 1);
+  ushort chosen[HS_BATCH / HS_LANES + 1];
+  int low = first;
+  for (int i = first; i < end; i += HS_LANES) {
+    const uint bits = lane_bits((v_load(at + i) < middle) & (v_iota < end - i));
+    chosen[(i - first) / HS_LANES] = (ushort)bits;
+    low += (int)popcount(bits);
   }
+  part_values((float*)batch->pixel, first, end, chosen);
+  part_values(batch->x, first, end, chosen);
+  part_values(batch->y, first, end, chosen);
+  part_values(batch->z, first, end, chosen);
+  part_values(batch->u, first, end, chosen);
+  part_values(batch->v, first, end, chosen);
+  part_values(batch->plane_d, first, end, chosen);
+  part_values(batch->plane_dx, first, end, chosen);
+  part_values(batch->plane_dy, first, end, chosen);
   return low == first || low == end ? (first + end) / 2 : low;
 }

@@ -128,10 +128,6 @@ HS_INLINE Facing facing_of(float px, float py, float pz) {
   return f;
 }
 
-HS_INLINE vfloat along_axis(float3 axis, vfloat x, vfloat y, vfloat z) {
-  return axis.x * x + axis.y * y + axis.z * z;
-}
-
 // Edges that pass before a receiver's disc, projected onto the light's plane. (Longer than need be: see EdgePool.)
 typedef struct {
   float ax[HS_LISTED + HS_LANES], ay[HS_LISTED + HS_LANES], bx[HS_LISTED + HS_LANES], by[HS_LISTED + HS_LANES];

@@ -400,7 +400,7 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
 __kernel void list_fin_receivers(const HsReceiverView view, __global const uint* receiver_words, __global uint* tile_cursors,
                                  __global uint* listed) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    const vint words = v_as_int(load_lanes((__global const float*)receiver_words, HS_PIXEL, valid));
+    const vint words = load_int_lanes((__global const int*)receiver_words, HS_PIXEL, valid);
     for (vint left = (words != 0) & (v_iota < valid); v_any(left);) {
       int tile;
       next_tile(words & HS_WORD_TILE, &left, &tile);
