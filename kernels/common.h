@@ -61,7 +61,6 @@ HS_INLINE float v_least(float16 v) {
 // One lane of a mask or vector in memory.
 #define HS_LANE(v, i) (((const int*)&(v))[i])
 #define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
-#define HS_SET_LANE(v, i) (((int*)&(v))[i] = -1)
 HS_INLINE int v_min(int16 v) {
   const int8 a = min(v.lo, v.hi);
   const int4 b = min(a.lo, a.hi);
@@ -119,7 +118,6 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define v_as_float as_float
 #define HS_LANE(v, i) (v)
 #define HS_FLOAT_LANE(v, i) (v)
-#define HS_SET_LANE(v, i) ((v) = -1)
 #define v_min(v) (v)
 #define v_sum(v) (v)
 #define lane_count(mask) ((mask) != 0)

@@ -79,8 +79,9 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
     z += along_axis(view.from_world_z.xyz, nx, ny, nz) * error;
     w += along_axis(view.from_world_w.xyz, nx, ny, nz) * error;
     // As in locate.
-    const vfloat to_slope = 1.0f / fmin(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z,
-                                        (vfloat)(-1e-30f));
+    const vfloat to_slope =
+        1.0f /
+        fmin(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z, (vfloat)(-1e-30f));
     const vfloat inverse_w = 1.0f / fmax(w, (vfloat)(1e-20f));
     x *= inverse_w;
     y *= inverse_w;

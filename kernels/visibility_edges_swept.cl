@@ -37,9 +37,11 @@ typedef struct {
   int count;
   Bounds place, way;                                        // of each vector of receivers, and of the unit ways to them
   ushort pair_edge[HS_PAIR_ROOM], pair_slot[HS_PAIR_ROOM];  // edges, ascending, and the samples that they may pass over
+  short pair_m[HS_PAIR_ROOM];                               // multiplicity as the sample has it
   int pair_count;
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
   ushort sample_of[HS_SLOTS];
+  float sample_x[HS_SLOTS], sample_y[HS_SLOTS];  // unit disc
   int slot_count;
   short jumps[HS_SLOTS * HS_GROUP];     // J
   short depth[HS_GROUP];                // F for the light's centre
@@ -83,17 +85,6 @@ HS_INLINE void bound_vector(vfloat x, vfloat y, vfloat z, int i, Bounds* bounds)
   bound_lanes(z, bounds->z + i, bounds->half_z + i);
 }
 
-// What lies along an axis of each of eight bounds: the middle's, and how far from that the rest may be.
-HS_INLINE float8 along_middles(const Bounds* bounds, float3 axis, float3 from) {
-  return axis.x * (vload8(0, bounds->x) - from.x) + axis.y * (vload8(0, bounds->y) - from.y) +
-         axis.z * (vload8(0, bounds->z) - from.z);
-}
-
-HS_INLINE float8 along_halves(const Bounds* bounds, float3 axis, float slack) {
-  return fabs(axis.x) * (vload8(0, bounds->half_x) + slack) + fabs(axis.y) * (vload8(0, bounds->half_y) + slack) +
-         fabs(axis.z) * (vload8(0, bounds->half_z) + slack);
-}
-
 // Puts the receivers of a group into the sweep, sorted by the direction in which they lie from the first one: an edge is passed
 // by few ways, and these then are in few vectors.
 void load_swept(const Batch* batch, const Region* region, int first, int count, Sweep* sweep) {
@@ -133,21 +124,6 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
     bound_vector(v_select(ux, (vfloat)(ux.sf), none), v_select(uy, (vfloat)(uy.sf), none), v_select(uz, (vfloat)(uz.sf), none), v,
                  &sweep->way);
   }
-}
-
-// Which vectors of receivers an edge may be passed by: by their bounds some may see the sample on another side of it than p0
-// does, with ways for which its ends are on different sides of the plane through sample and way. For the arguments see sum_jumps.
-HS_INLINE uint vectors_between(const Sweep* sweep, float3 n_s, float3 a, bool left0, float unsure, float3 m_a, float3 m_b) {
-  const float slack = 1e-5f;
-  const float8 from = along_middles(&sweep->place, n_s, a), from_reach = along_halves(&sweep->place, n_s, 0.0f) + unsure;
-  const vfloat middle =
-      (vfloat)(along_middles(&sweep->way, m_a, (float3)(0.0f)), along_middles(&sweep->way, m_b, (float3)(0.0f)));
-  const vfloat reach = (vfloat)(along_halves(&sweep->way, m_a, slack), along_halves(&sweep->way, m_b, slack));
-  const uint above = lane_bits(middle > reach), below = lane_bits(middle < -reach);
-  const uint same = (above & above >> HS_GROUP_VECTORS) | (below & below >> HS_GROUP_VECTORS);
-  const float8 back = left0 ? from - from_reach : -from - from_reach;
-  const uint unturned = lane_bits((vfloat)(back, back) > 0.0f);
-  return ~(same | unturned) & ((1u << (sweep->count + HS_LANES - 1) / HS_LANES) - 1u);
 }
 
 // An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
@@ -238,18 +214,23 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
           uint swept =
               lane_bits((v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
                         (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band));
-          if (swept != 0) swept &= lane_bits(multiplicity_at(list, i + lane, radius, sx, sy) != 0);
+          if (swept == 0) continue;
+          const vint m = multiplicity_at(list, i + lane, radius, sx, sy);
+          swept &= lane_bits(m != 0);
           for (; swept != 0; swept &= swept - 1) {
             const int sample = cell_sample[k + first_lane(swept)];
             int slot = sweep->slot_of[sample];
             if (slot == 0) {
               if (sweep->slot_count == HS_SLOTS) return false;
               sweep->sample_of[sweep->slot_count] = (ushort)sample;
+              sweep->sample_x[sweep->slot_count] = HS_FLOAT_LANE(sx, first_lane(swept));
+              sweep->sample_y[sweep->slot_count] = HS_FLOAT_LANE(sy, first_lane(swept));
               slot = ++sweep->slot_count;
               sweep->slot_of[sample] = (ushort)slot;
             }
             sweep->pair_edge[pair_count] = (ushort)edge;
             sweep->pair_slot[pair_count] = (ushort)(slot - 1);
+            sweep->pair_m[pair_count] = (short)HS_LANE(m, first_lane(swept));
             ++pair_count;
           }
         }
@@ -266,62 +247,133 @@ HS_INLINE float3 cross3(float3 a, float3 b) {
 }
 
 // On which side of an edge receivers see a sample, as the walk decides it. `left`: the answer where the walk leaves the edge out.
-HS_INLINE vint left_as_walked(const EdgePool* list, int i, float3 s, float radius, vfloat px, vfloat py, vfloat pz, vint left) {
-  const ProjectedEdge e = project_edge((vfloat)(list->ax[i]), (vfloat)(list->ay[i]), (vfloat)(list->az[i]), (vfloat)(list->bx[i]),
-                                       (vfloat)(list->by[i]), (vfloat)(list->bz[i]), px, py, pz);
+HS_INLINE vint left_as_walked(float3 a, float3 b, float2 s, float radius, vfloat px, vfloat py, vfloat pz, vint left) {
+  const ProjectedEdge e =
+      project_edge((vfloat)(a.x), (vfloat)(a.y), (vfloat)(a.z), (vfloat)(b.x), (vfloat)(b.y), (vfloat)(b.z), px, py, pz);
   vfloat c;
   distance2_of(&e, &c);
   return v_select(left, s.x * ((e.by - e.ay) * radius) - s.y * ((e.bx - e.ax) * radius) <= c, e.seen);
 }
 
-HS_INLINE float sum_of_sizes(float3 v) {
-  return fabs(v.x) + fabs(v.y) + fabs(v.z);
+HS_INLINE vfloat sum_of_sizes(vfloat x, vfloat y, vfloat z) {
+  return fabs(x) + fabs(y) + fabs(z);
+}
+
+// What sum_jumps needs of a vector of pairs of edge a -> b and sample s: n is the normal of the plane through them, m_a and m_b
+// of those through s, p0 and an end; from0: p0 from the first plane.
+typedef struct {
+  float ax[HS_LANES], ay[HS_LANES], az[HS_LANES], bx[HS_LANES], by[HS_LANES], bz[HS_LANES], sx[HS_LANES], sy[HS_LANES];
+  float nx[HS_LANES], ny[HS_LANES], nz[HS_LANES], from0[HS_LANES], unsure[HS_LANES];
+  float m_ax[HS_LANES], m_ay[HS_LANES], m_az[HS_LANES], m_bx[HS_LANES], m_by[HS_LANES], m_bz[HS_LANES];
+  int left0[HS_LANES], m[HS_LANES], slot[HS_LANES];
+  ushort between[HS_GROUP_VECTORS];  // of each vector of receivers: which of these pairs may be passed on the way to them
+} Pairs;
+
+// Loads pairs from number `at` on, and finds which vectors of receivers may pass them: by their bounds some may see the sample on
+// another side of the edge than p0 does, with ways for which its ends are on different sides of the plane through sample and way.
+void load_pairs(float radius, const Region* region, const EdgePool* list, int first, const Sweep* sweep, int at, Pairs* pairs) {
+  const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
+  const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z);
+  for (int k = 0; k < HS_LANES; ++k) {
+    const int pair = min(at + k, sweep->pair_count - 1), i = first + sweep->pair_edge[pair], slot = sweep->pair_slot[pair];
+    pairs->ax[k] = list->ax[i];
+    pairs->ay[k] = list->ay[i];
+    pairs->az[k] = list->az[i];
+    pairs->bx[k] = list->bx[i];
+    pairs->by[k] = list->by[i];
+    pairs->bz[k] = list->bz[i];
+    pairs->sx[k] = sweep->sample_x[slot];
+    pairs->sy[k] = sweep->sample_y[slot];
+    pairs->m[k] = sweep->pair_m[pair];
+    pairs->slot[k] = slot;
+  }
+  const vfloat ax = v_load(pairs->ax), ay = v_load(pairs->ay), az = v_load(pairs->az);
+  const vfloat bx = v_load(pairs->bx), by = v_load(pairs->by), bz = v_load(pairs->bz);
+  const vfloat sx = v_load(pairs->sx) * radius, sy = v_load(pairs->sy) * radius;
+  const vfloat ex = bx - ax, ey = by - ay, ez = bz - az;                // edge
+  const vfloat ux = ax - sx, uy = ay - sy, wx = bx - sx, wy = by - sy;  // ends from the sample; uz is az, wz bz
+  const vfloat fx = p0.x - ax, fy = p0.y - ay, fz = p0.z - az, gx = p0.x - bx, gy = p0.y - by, gz = p0.z - bz;
+  const vfloat nx = uy * ez - az * ey, ny = az * ex - ux * ez, nz = ux * ey - uy * ex;
+  const vfloat from0 = nx * fx + ny * fy + nz * fz;
+  // Nearer than this the walk's rounding may find the sample on the other side.
+  const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
+  v_store(v_select((vint)(0), (vint)(-1), from0 > 0.0f), pairs->left0);
+  for (uint bits = lane_bits(fabs(from0) <= unsure); bits != 0; bits &= bits - 1) {
+    const int k = first_lane(bits);
+    const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
+                                     (float3)(pairs->bx[k], pairs->by[k], pairs->bz[k]), (float2)(pairs->sx[k], pairs->sy[k]),
+                                     radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), (vint)(pairs->left0[k]));
+    pairs->left0[k] = HS_LANE(left, 0);
+  }
+  const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
+  const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
+  v_store(nx, pairs->nx);
+  v_store(ny, pairs->ny);
+  v_store(nz, pairs->nz);
+  v_store(from0, pairs->from0);
+  v_store(unsure, pairs->unsure);
+  v_store(m_ax, pairs->m_ax);
+  v_store(m_ay, pairs->m_ay);
+  v_store(m_az, pairs->m_az);
+  v_store(m_bx, pairs->m_bx);
+  v_store(m_by, pairs->m_by);
+  v_store(m_bz, pairs->m_bz);
+
+  const float slack = 1e-5f;
+  const vint left0 = v_load(pairs->left0);
+  const vint some = v_iota < sweep->pair_count - at;
+  for (int v = 0; v * HS_LANES < sweep->count; ++v) {
+    const Bounds *place = &sweep->place, *way = &sweep->way;
+    const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
+    const vfloat from_reach = fabs(nx) * place->half_x[v] + fabs(ny) * place->half_y[v] + fabs(nz) * place->half_z[v] + unsure;
+    const vint unturned = v_select(-from, from, left0) > from_reach;
+    const float hx = way->half_x[v] + slack, hy = way->half_y[v] + slack, hz = way->half_z[v] + slack;
+    const vfloat a_side = m_ax * way->x[v] + m_ay * way->y[v] + m_az * way->z[v],
+                 a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
+    const vfloat b_side = m_bx * way->x[v] + m_by * way->y[v] + m_bz * way->z[v],
+                 b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
+    const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
+    pairs->between[v] = (ushort)lane_bits(some & v_not(same | unturned));
+  }
 }
 
 // Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
-bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
-  const int n = (int)disc.sample_count;
+bool sum_jumps(float radius, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
+  Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  const float across = 2.0f * sum_of_sizes(region->half_size);
   for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
-  for (int pair = 0; pair < sweep->pair_count; ++pair) {
-    const int i = first + sweep->pair_edge[pair], slot = sweep->pair_slot[pair];
-    const float3 a = (float3)(list->ax[i], list->ay[i], list->az[i]), b = (float3)(list->bx[i], list->by[i], list->bz[i]);
-    const float3 s = (float3)(set->samples[sweep->sample_of[slot]], set->samples[n + sweep->sample_of[slot]], 0.0f);
-    const float3 s_ls = s * disc.radius;
-    const vint m = multiplicity_at(list, i, disc.radius, (vfloat)(s.x), (vfloat)(s.y));
-    const float3 n_s = cross3(a - s_ls, b - a);
-    const float from0 = dot(n_s, p0 - a);
-    // Nearer than this the walk's rounding may find the sample on the other side.
-    const float unsure = HS_UNSURE * sum_of_sizes(a - s_ls) * sum_of_sizes(b - a) * (sum_of_sizes(p0 - a) + across);
-    vint left0 = (vint)(from0 > 0.0f ? -1 : 0);
-    if (fabs(from0) <= unsure)
-      left0 = left_as_walked(list, i, s, disc.radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), left0);
-    const float3 m_a = cross3(a - s_ls, p0 - a), m_b = cross3(b - s_ls, p0 - b);
-    for (uint between = vectors_between(sweep, n_s, a, HS_LANE(left0, 0) != 0, unsure, m_a, m_b); between != 0;
-         between &= between - 1) {
-      const int v = first_lane(between);
+  for (int at = 0; at < sweep->pair_count; at += HS_LANES) {
+    load_pairs(radius, region, list, first, sweep, at, &pairs);
+    for (int v = 0; v * HS_LANES < sweep->count; ++v) {
+      if (pairs.between[v] == 0) continue;
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
-      const vfloat from = along_axis(n_s, px - a.x, py - a.y, pz - a.z);
-      vint left = from > 0.0f;
-      if (v_any(fabs(from) <= unsure))
-        left = v_select(left, left_as_walked(list, i, s, disc.radius, px, py, pz, left), fabs(from) <= unsure);
-      const vint turned = left ^ left0;
-      if (!v_any(turned)) continue;
       const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
-      const vfloat da = along_axis(m_a, dx, dy, dz), db = along_axis(m_b, dx, dy, dz);
-      const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
-      if (!v_any(passes)) continue;
-      // Where the edge meets the plane, and where the way does.
-      const vfloat weight = fabs(da) + fabs(db),
-                   edge_z = (a.z * fabs(db) + b.z * fabs(da)) / v_select((vfloat)(1.0f), weight, weight > 0.0f);
-      const vfloat sum = fabs(from0) + fabs(from), way_z = p0.z + dz * (fabs(from0) / v_select((vfloat)(1.0f), sum, sum > 0.0f));
-      const vint before = edge_z < way_z;
-      if (v_any(passes & (fabs(edge_z - way_z) <= 4e-6f * way_z))) return false;
-      const vint jump = v_select((vint)(0), v_select(-m, m, left), passes & before);
-      short* jumps = sweep->jumps + slot * HS_GROUP + v * HS_LANES;
-      vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
+      vint meets = (vint)(0);
+      for (uint bits = pairs.between[v]; bits != 0; bits &= bits - 1) {
+        const int k = first_lane(bits);
+        const float az = pairs.az[k], bz = pairs.bz[k];
+        const vfloat from = pairs.nx[k] * (px - pairs.ax[k]) + pairs.ny[k] * (py - pairs.ay[k]) + pairs.nz[k] * (pz - az);
+        vint left = from > 0.0f;
+        const vint doubtful = fabs(from) <= pairs.unsure[k];
+        if (v_any(doubtful))
+          left = v_select(left,
+                          left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
+                                         (float2)(pairs.sx[k], pairs.sy[k]), radius, px, py, pz, left),
+                          doubtful);
+        const vfloat da = pairs.m_ax[k] * dx + pairs.m_ay[k] * dy + pairs.m_az[k] * dz,
+                     db = pairs.m_bx[k] * dx + pairs.m_by[k] * dy + pairs.m_bz[k] * dz;
+        const vint passes = (left ^ pairs.left0[k]) & ((da >= 0.0f) ^ (db >= 0.0f));
+        if (!v_any(passes)) continue;
+        // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
+        const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
+        const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
+        meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
+        const vint jump = v_select((vint)(0), v_select((vint)(-pairs.m[k]), (vint)(pairs.m[k]), left), passes & (edge_z < way_z));
+        short* jumps = sweep->jumps + pairs.slot[k] * HS_GROUP + v * HS_LANES;
+        vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
+      }
+      if (v_any(meets)) return false;
     }
   }
   return true;

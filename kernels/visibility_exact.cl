@@ -177,7 +177,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
     if (w->faces.end == 0) return false;
   }
   if (!find_crossed(region, &w->faces, casters->triangles, casters->vertices_ls, casters->planes, casters->disc_sides, sweep) ||
-      !sum_jumps(casters->disc, &casters->set, region, &w->pool, list_first, sweep))
+      !sum_jumps(casters->disc.radius, region, &w->pool, list_first, sweep))
     return false;
 
   forget_walks(w, 1);
