@@ -80,18 +80,20 @@ float turn_of(float x, float y) {
   return y >= 0.0f ? 1.0f - t : 3.0f + t;
 }
 
+/// Where a coordinate of the unit disc lies in a grid on -1..1.
+unsigned cell_along(float x, unsigned cells_across) {
+  return std::min(static_cast<unsigned>(std::max(0.0f, 0.5f * (x + 1.0f) * static_cast<float>(cells_across))), cells_across - 1);
+}
+
 /// About five samples a cell: those of the few cells of a row that an edge passes over are mostly one vector.
 void sort_into_cells(SampleTable& table, std::size_t n) {
   constexpr std::size_t padding = 16;  // a vector may be read from any sample on
   table.cells_across = static_cast<unsigned>(std::max(1.0, std::sqrt(static_cast<double>(n)) / 2.0));
-  const auto cell_along = [&](float x) {
-    return std::min(static_cast<unsigned>(std::max(0.0f, 0.5f * (x + 1.0f) * static_cast<float>(table.cells_across))),
-                    table.cells_across - 1);
-  };
   std::vector<std::vector<std::uint16_t>> cells(std::size_t{table.cells_across} * table.cells_across);
   for (std::size_t i = 0; i < n; ++i)
-    cells[std::size_t{cell_along(table.samples[n + i])} * table.cells_across + cell_along(table.samples[i])].push_back(
-        static_cast<std::uint16_t>(i));
+    cells[std::size_t{cell_along(table.samples[n + i], table.cells_across)} * table.cells_across +
+          cell_along(table.samples[i], table.cells_across)]
+        .push_back(static_cast<std::uint16_t>(i));
   std::vector<std::uint16_t> order;
   for (const std::vector<std::uint16_t>& cell : cells) {
     table.cells.push_back(static_cast<std::uint16_t>(order.size()));
@@ -103,6 +105,31 @@ void sort_into_cells(SampleTable& table, std::size_t n) {
     for (const std::uint16_t i : order) table.cell_xy.push_back(table.samples[first + i]);
     table.cell_xy.insert(table.cell_xy.end(), padding, 0.0f);
   }
+}
+
+/// Few edges pass over more than such a window: they need no loop over cells.
+void sort_into_windows(SampleTable& table, std::size_t n) {
+  constexpr unsigned room = 16, cells_wide = 3;
+  constexpr float beyond = 1e18f;
+  const unsigned across = 2 * table.cells_across;
+  std::vector<std::uint16_t> cell_x, cell_y;
+  for (std::size_t i = 0; i < n; ++i) {
+    cell_x.push_back(static_cast<std::uint16_t>(cell_along(table.samples[i], across)));
+    cell_y.push_back(static_cast<std::uint16_t>(cell_along(table.samples[n + i], across)));
+  }
+  for (unsigned y = 0; y < across; ++y)
+    for (unsigned x = 0; x < across; ++x) {
+      std::vector<std::uint16_t> inside;
+      for (std::size_t i = 0; i < n; ++i)
+        if (cell_x[i] >= x && cell_x[i] < x + cells_wide && cell_y[i] >= y && cell_y[i] < y + cells_wide)
+          inside.push_back(static_cast<std::uint16_t>(i));
+      if (inside.size() > room) inside.assign(1, 65535);
+      for (const std::size_t first : {std::size_t{0}, n})
+        for (unsigned k = 0; k < room; ++k)
+          table.window_xy.push_back(k < inside.size() && inside[0] != 65535 ? table.samples[first + inside[k]] : beyond);
+      inside.resize(room, 0);
+      table.windows.insert(table.windows.end(), inside.begin(), inside.end());
+    }
 }
 
 }  // namespace
@@ -187,6 +214,7 @@ SampleTable sample_table(const LightPoints& points) {
   }
   table.samples.push_back(std::numeric_limits<float>::infinity());
   sort_into_cells(table, sorted.size());
+  sort_into_windows(table, sorted.size());
   if (!points.weights.empty())
     for (int c = 0; c < 3; ++c)
       for (const Sample& s : sorted) table.weights.push_back(s.weight[c]);

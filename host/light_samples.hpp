@@ -44,6 +44,10 @@ struct SampleTable {
   std::vector<float> cell_xy;
   unsigned cells_across = 0;
   std::vector<std::uint16_t> cells;  ///< where each cell, row by row, begins there; one more; the numbers they have in `samples`
+  /// The samples once more, for each cell of a grid twice as fine those of it and of the next two columns and rows: x of 16, y of
+  /// 16, beyond the light where there are fewer.
+  std::vector<float> window_xy;
+  std::vector<std::uint16_t> windows;  ///< 16 a window: their numbers in `samples`; the first is 65535 if there are more than 16
 };
 
 /// Sorts points by angle and builds the table that finds an angle's rank among them.

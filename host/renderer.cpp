@@ -233,7 +233,7 @@ struct LightCounters {
 
 /// A light's sample points on the device (SampleTable).
 struct LightSamples {
-  cl::Buffer samples, rank, weights, cell_xy, cells;
+  cl::Buffer samples, rank, weights, cell_xy, cells, window_xy, windows;
   float per_turn = 0.0f;
   cl_uint cells_across = 0;
 };
@@ -266,7 +266,7 @@ struct Renderer::State {
   Bins receiver_bins;
   std::map<LightSamplesKey, LightSamples> light_samples;
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, tile_near_fins;
-  GrowingBuffer receiver_words;  // to which tile each pixel belongs; of shadow fins and exact
+  GrowingBuffer receiver_words;      // to which tile each pixel belongs; of shadow fins and exact
   GrowingBuffer caps, illuminances;  // of shadow fins
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, other_casters;  // of layers of them
   GrowingBuffer depth, normal, face, visibility, rgb, tints;
@@ -512,11 +512,12 @@ struct Renderer::State {
     const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
     launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,
            depth_or_position, normals, shadow_map.get(), disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(),
-           feature_bins.capacity, samples.samples, samples.rank, samples.weights, samples.cell_xy, samples.cells, tinting.buffer,
-           static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
-           triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
-           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(),
-           receiver_bins.offsets.get(), receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
+           feature_bins.capacity, samples.samples, samples.rank, samples.weights, samples.cell_xy, samples.cells,
+           samples.window_xy, samples.windows, tinting.buffer, static_cast<cl_uint>(std::max(0, tinting.plane)),
+           list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE, triangle_bins.rects.get(), triangle_bins.offsets.get(),
+           triangle_bins.refs.get(), triangle_bins.capacity, resident.triangle_corners, vertices_vs.get(), vertices_px.get(),
+           planes.get(), disc_sides.get(), receiver_bins.offsets.get(), receiver_bins.counts.get(), receivers.get(),
+           tile_queue.get(), out, plane, status.get());
   }
 
   const LightSamples& samples_of(const Light& light, unsigned count) {
@@ -531,7 +532,8 @@ struct Renderer::State {
               .emplace(key,
                        LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"),
                                     buffer_of(*device, table.weights, "samples"), buffer_of(*device, table.cell_xy, "samples"),
-                                    buffer_of(*device, table.cells, "samples"), table.per_turn, table.cells_across})
+                                    buffer_of(*device, table.cells, "samples"), buffer_of(*device, table.window_xy, "samples"),
+                                    buffer_of(*device, table.windows, "samples"), table.per_turn, table.cells_across})
               .first;
     }
     return found->second;

@@ -95,6 +95,8 @@ typedef struct {
   __global const float* weights;      // red, green, blue of all, of a light with a texture
   __global const float* cell_xy;      // x of all, padding, y of all, padding: sorted by cell
   __global const ushort* cells;       // where each cell begins in them, one more, then the number that each has in `samples`
+  __global const float* window_xy;    // x of 16, y of 16, for each cell of a grid twice as fine: those of 3 columns and rows
+  __global const ushort* windows;     // their numbers in `samples`; the first is 65535 where there are more
 } SampleSet;
 
 // Samples before an angle in their order.

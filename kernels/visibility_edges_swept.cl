@@ -135,20 +135,47 @@ HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat
   return m + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
 }
 
+// Where coordinates of the unit disc lie in a grid; limited while they are not integers yet, for which they may be too large.
+HS_INLINE vint place_along(vfloat x, int cells) {
+  return v_int(fmin(fmax((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
+}
+
+// Adds a pair of an edge and each of the lanes `swept` of samples, whose numbers are in `samples`, where it has a multiplicity.
+// False where there is no room for another slot.
+HS_INLINE bool add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
+                         __global const ushort* samples, uint swept, Sweep* sweep) {
+  const vint m = multiplicity_at(list, i, radius, sx, sy);
+  for (swept &= lane_bits(m != 0); swept != 0; swept &= swept - 1) {
+    const int lane = first_lane(swept), sample = samples[lane], pair = sweep->pair_count++;
+    int slot = sweep->slot_of[sample];
+    if (slot == 0) {
+      if (sweep->slot_count == HS_SLOTS) return false;
+      sweep->sample_of[sweep->slot_count] = (ushort)sample;
+      sweep->sample_x[sweep->slot_count] = HS_FLOAT_LANE(sx, lane);
+      sweep->sample_y[sweep->slot_count] = HS_FLOAT_LANE(sy, lane);
+      slot = ++sweep->slot_count;
+      sweep->slot_of[sample] = (ushort)slot;
+    }
+    sweep->pair_edge[pair] = (ushort)(i - first);
+    sweep->pair_slot[pair] = (ushort)(slot - 1);
+    sweep->pair_m[pair] = (short)HS_LANE(m, lane);
+  }
+  return true;
+}
+
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are, or seem to
 // become, many more than `most`.
 bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count,
                 int most, Sweep* sweep) {
-  const int n = (int)disc.sample_count, grid = (int)disc.cells_across;
+  const int n = (int)disc.sample_count, grid = (int)disc.cells_across, fine = 2 * grid;
   __global const float* cell_x = set->cell_xy;
   __global const float* cell_y = set->cell_xy + n + HS_LANES;
   __global const ushort* cell_first = set->cells;
   __global const ushort* cell_sample = set->cells + grid * grid + 1;
-  const float radius = disc.radius, slack = radius * 4e-6f, cells_per_unit = 0.5f * (float)grid / radius;
+  const float radius = disc.radius, slack = radius * 4e-6f, per_radius = 1.0f / radius;
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
-  int pair_count = 0;
-  sweep->slot_count = 0;
+  sweep->pair_count = sweep->slot_count = 0;
   for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
   for (int i = first; i < first + count; i += HS_LANES) {
     const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
@@ -194,51 +221,43 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
 
     // So many are not yet too many, if the rest of the list is like its beginning.
     const int allowed = min(256 + most / 4 + (int)((float)most * (float)(i - first) / (float)count), HS_PAIRS);
-    // As numbers that may be too large for integers, first.
-    const vfloat none = (vfloat)(0.0f), last = (vfloat)((float)(grid - 1));
-    const vint cx0 = v_int(fmin(fmax((lx + radius) * cells_per_unit, none), last)),
-               cx1 = v_int(fmin(fmax((hx + radius) * cells_per_unit, none), last)),
-               cy0 = v_int(fmin(fmax((ly + radius) * cells_per_unit, none), last)),
-               cy1 = v_int(fmin(fmax((hy + radius) * cells_per_unit, none), last));
+    // In units of the radius, and cut to where samples may be: sizes are small then, and little is lost by rounding.
+    const vfloat low_x = fmax(lx * per_radius, -2.0f), high_x = fmin(hx * per_radius, 2.0f);
+    const vfloat low_y = fmax(ly * per_radius, -2.0f), high_y = fmin(hy * per_radius, 2.0f);
+    const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
+               y1 = place_along(high_y, fine);
+    const vint window = v_select((vint)(-1), y0 * fine + x0, (x1 - x0 < 3) & (y1 - y0 < 3));
+    const vfloat mx = 0.5f * (low_x + high_x), my = 0.5f * (low_y + high_y);
+    const vfloat half_x = 0.5f * (high_x - low_x) + 1e-6f, half_y = 0.5f * (high_y - low_y) + 1e-6f;
+    const vfloat unit_ex = ex * radius, unit_ey = ey * radius;
     for (uint bits = reach_bits; bits != 0; bits &= bits - 1) {
-      const int lane = first_lane(bits), edge = i + lane - first;
-      const float lane_lx = HS_FLOAT_LANE(lx, lane), lane_hx = HS_FLOAT_LANE(hx, lane), lane_ly = HS_FLOAT_LANE(ly, lane),
-                  lane_hy = HS_FLOAT_LANE(hy, lane), lane_ex = HS_FLOAT_LANE(ex, lane) * radius,
-                  lane_ey = HS_FLOAT_LANE(ey, lane) * radius, lane_c = HS_FLOAT_LANE(c, lane),
+      const int lane = first_lane(bits), at = HS_LANE(window, lane);
+      const float lane_mx = HS_FLOAT_LANE(mx, lane), lane_hx = HS_FLOAT_LANE(half_x, lane), lane_my = HS_FLOAT_LANE(my, lane),
+                  lane_hy = HS_FLOAT_LANE(half_y, lane), lane_ex = HS_FLOAT_LANE(unit_ex, lane),
+                  lane_ey = HS_FLOAT_LANE(unit_ey, lane), lane_c = HS_FLOAT_LANE(c, lane),
                   lane_band = HS_FLOAT_LANE(half_band, lane);
-      const int x0 = HS_LANE(cx0, lane), x1 = HS_LANE(cx1, lane), y1 = HS_LANE(cy1, lane);
-      for (int y = HS_LANE(cy0, lane); y <= y1; ++y) {
-        const int end = cell_first[y * grid + x1 + 1];
-        for (int k = cell_first[y * grid + x0]; k < end; k += HS_LANES) {
-          const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
-          uint swept =
-              lane_bits((v_iota < end - k) & (sx * radius >= lane_lx) & (sx * radius <= lane_hx) & (sy * radius >= lane_ly) &
-                        (sy * radius <= lane_hy) & (fabs(sx * lane_ey - sy * lane_ex - lane_c) <= lane_band));
-          if (swept == 0) continue;
-          const vint m = multiplicity_at(list, i + lane, radius, sx, sy);
-          swept &= lane_bits(m != 0);
-          for (; swept != 0; swept &= swept - 1) {
-            const int sample = cell_sample[k + first_lane(swept)];
-            int slot = sweep->slot_of[sample];
-            if (slot == 0) {
-              if (sweep->slot_count == HS_SLOTS) return false;
-              sweep->sample_of[sweep->slot_count] = (ushort)sample;
-              sweep->sample_x[sweep->slot_count] = HS_FLOAT_LANE(sx, first_lane(swept));
-              sweep->sample_y[sweep->slot_count] = HS_FLOAT_LANE(sy, first_lane(swept));
-              slot = ++sweep->slot_count;
-              sweep->slot_of[sample] = (ushort)slot;
-            }
-            sweep->pair_edge[pair_count] = (ushort)edge;
-            sweep->pair_slot[pair_count] = (ushort)(slot - 1);
-            sweep->pair_m[pair_count] = (short)HS_LANE(m, first_lane(swept));
-            ++pair_count;
+#define HS_OUTSIDE(sx, sy) \
+  max(max(fabs((sx)-lane_mx) - lane_hx, fabs((sy)-lane_my) - lane_hy), fabs((sx)*lane_ey - (sy)*lane_ex - lane_c) - lane_band)
+      if (at >= 0 && set->windows[at * HS_LANES] != 65535) {
+        const vfloat sx = v_load(set->window_xy + at * (2 * HS_LANES)),
+                     sy = v_load(set->window_xy + at * (2 * HS_LANES) + HS_LANES);
+        const uint swept = lane_bits(HS_OUTSIDE(sx, sy) <= 0.0f);
+        if (swept != 0 && !add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_LANES, swept, sweep))
+          return false;
+      } else {
+        for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
+          const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
+          for (int k = cell_first[y * grid + HS_LANE(x0, lane) / 2]; k < end; k += HS_LANES) {
+            const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
+            const uint swept = lane_bits((v_iota < end - k) & (HS_OUTSIDE(sx, sy) <= 0.0f));
+            if (swept != 0 && !add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep)) return false;
           }
         }
       }
-      if (pair_count > allowed) return false;
+#undef HS_OUTSIDE
+      if (sweep->pair_count > allowed) return false;
     }
   }
-  sweep->pair_count = pair_count;
   return true;
 }
 

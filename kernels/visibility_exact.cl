@@ -290,20 +290,20 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                             __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
                             __global const ushort* rank_table, __global const float* weights, __global const float* cell_xy,
-                            __global const ushort* cells, __global float4* tints, const uint tint_plane,
-                            __global const HsBlock* blocks, const uint slot_count, __global const ushort4* rects,
-                            __global const uint* triangle_offsets, __global const uint* triangle_refs,
-                            const uint triangle_capacity, __global const uint* triangles, __global const float4* vertices_ls,
-                            __global const int4* vertices_px, __global const float4* planes, __global const uchar* disc_sides,
-                            __global const uint* receiver_offsets, __global const uint* receiver_ends,
-                            __global const uint* listed, __global int* queue, __global float* visibility, const uint plane,
-                            __global HsStatus* status) {
+                            __global const ushort* cells, __global const float* window_xy, __global const ushort* windows,
+                            __global float4* tints, const uint tint_plane, __global const HsBlock* blocks, const uint slot_count,
+                            __global const ushort4* rects, __global const uint* triangle_offsets,
+                            __global const uint* triangle_refs, const uint triangle_capacity, __global const uint* triangles,
+                            __global const float4* vertices_ls, __global const int4* vertices_px, __global const float4* planes,
+                            __global const uchar* disc_sides, __global const uint* receiver_offsets,
+                            __global const uint* receiver_ends, __global const uint* listed, __global int* queue,
+                            __global float* visibility, const uint plane, __global HsStatus* status) {
   const uint tile_count = light.tiles_x * light.tiles_y;
   const bool overflow = bins_overflow(edge_offsets, tile_count, edge_capacity);
   const size_t pixels = (size_t)view.width_px * view.height_px;
   const Casters casters = {light,
                            disc,
-                           {samples, rank_table, weights, cell_xy, cells},
+                           {samples, rank_table, weights, cell_xy, cells, window_xy, windows},
                            shadow_map,
                            blocks,
                            slot_count,

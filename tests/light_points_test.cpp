@@ -87,6 +87,48 @@ TEST(LightPoints, LieInTheirCells) {
   }
 }
 
+TEST(LightPoints, AreInTheWindowsAboutTheirCells) {
+  for (const auto& [light, n] : {std::pair{Light{}, 16u},
+                                 {Light{}, 64u},
+                                 {Light{}, 256u},
+                                 {Light{}, 1024u},
+                                 {rectangle({2, 1}, {1, 1}, {{1, 1, 1}}), 256u}}) {
+    const SampleTable table = sample_table(light_points(light, n));
+    const int across = static_cast<int>(2 * table.cells_across);
+    const auto cell = [&](float x) { return static_cast<int>((x + 1) / 2 * static_cast<float>(across)); };
+    ASSERT_EQ(table.windows.size(), 16u * across * across);
+    ASSERT_EQ(table.window_xy.size(), 2 * table.windows.size());
+    int full = 0;
+    for (int window = 0; window < across * across; ++window) {
+      const int column = window % across, row = window / across;
+      std::vector<unsigned> inside;
+      for (unsigned i = 0; i < n; ++i) {
+        const int x = cell(table.samples[i]) - column, y = cell(table.samples[n + i]) - row;
+        if (x >= 0 && x < 3 && y >= 0 && y < 3) inside.push_back(i);
+      }
+      const std::uint16_t* listed = &table.windows[16u * window];
+      const float* xs = &table.window_xy[32u * window];
+      if (inside.size() > 16) {
+        EXPECT_EQ(listed[0], 65535);
+        ++full;
+        continue;
+      }
+      for (unsigned k = 0; k < 16; ++k) {
+        if (k < inside.size()) {
+          EXPECT_EQ(listed[k], inside[k]);
+          EXPECT_EQ(xs[k], table.samples[inside[k]]);
+          EXPECT_EQ(xs[16 + k], table.samples[n + inside[k]]);
+        } else {
+          EXPECT_GT(xs[k], 1e9f);  // met by nothing
+        }
+      }
+    }
+    if (light.shape == LightShape::disc) {
+      EXPECT_LT(full, across * across / 16);
+    }
+  }
+}
+
 TEST(LightPoints, KeepTheirWeightsWhenSorted) {
   const Light light = rectangle({2, 1}, {2, 1}, {{1, 0, 0}, {0, 0, 1}});
   const SampleTable table = sample_table(light_points(light, 64));
