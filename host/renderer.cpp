@@ -320,6 +320,11 @@ struct Renderer::State {
     launch(name, cl::NDRange(64 * 256), cl::NDRange(64), args...);
   }
 
+  /// Counts of the bins to where each tile's references begin.
+  void scan(const Bins& bins, cl_uint tiles, cl_uint copies = 1) {
+    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, copies, bins.counts.get(), bins.offsets.get());
+  }
+
   /// The pixels of a G-buffer: 16 x 16 a work-item on CPU devices, one on GPU devices (HS_FOR_PIXELS in kernels/common.h).
   template <class... Args>
   void launch_pixels(std::string_view name, glm::uvec2 size_px, const Args&... args) {
@@ -348,7 +353,7 @@ struct Renderer::State {
                   vertices_vs.get(), vertices_px.get());
     launch_blocks(bound_kernel, list.triangles, list.view, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
                   vertices_px.get(), triangle_bins.rects.get(), triangle_bins.counts.get(), status.get());
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, triangle_bins.counts.get(), triangle_bins.offsets.get());
+    scan(triangle_bins, tiles);
     launch_blocks("fill_triangles", list.triangles, list.view, list.triangles.blocks, triangle_bins.rects.get(),
                   triangle_bins.counts.get(), triangle_bins.refs.get(), triangle_bins.capacity);
   }
@@ -416,7 +421,7 @@ struct Renderer::State {
                    resident.edge_face_offsets, resident.edge_faces, resident.triangle_corners, resident.vertex_edge_offsets,
                    resident.vertex_edges, multiplicities.get(), vertices_vs.get(), vertices_px.get(), shadow_map.get(),
                    features.get(), feature_bins.rects.get(), feature_bins.counts.get(), status.get());
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles * layers, feature_bins.counts.get(), feature_bins.offsets.get());
+    scan(feature_bins, tiles * layers);
     launch_strided("fill_features", shape, status.get(), features.get(), feature_bins.rects.get(), feature_bins.counts.get(),
                    feature_bins.refs.get(), feature_bins.capacity);
   }
@@ -484,28 +489,36 @@ struct Renderer::State {
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");
     receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
-    feature_bins.size_for(*device, 1, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    const cl_uint copies = device->lanes == 1 ? 1 : std::min(4 * device->device_info.compute_units, 64u);
+    feature_bins.size_for(*device, 1, std::size_t{tiles} * copies,
+                          4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
     receiver_bins.size_for(*device, 1, tiles, 1);
 
     draw_shadow_map(list, "bound_triangles_wide");
     zero(tile_far.get(), tiles * sizeof(cl_float));
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
-    zero(feature_bins.counts.get(), tiles * sizeof(cl_uint));
+    zero(feature_bins.counts.get(), std::size_t{tiles} * copies * sizeof(cl_uint));
     zero(tile_queue.get(), sizeof(cl_int));
     launch_pixels("receive_by_map", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
                   receiver_words.get(), tile_far.get(), receiver_bins.counts.get(), out, plane);
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
+    scan(receiver_bins, tiles);
     launch_blocks("orient_faces_to_disc", list.triangles, list.triangles.blocks, resident.triangle_corners, vertices_vs.get(),
                   widest_radius, planes.get(), disc_sides.get());
     launch_blocks("collect_edges", list.caster_edges, list.caster_edges.blocks, resident.edge_ends, resident.edge_face_offsets,
                   resident.edge_faces, disc_sides.get(), planes.get(), vertices_vs.get(), disc_edges.get(), status.get());
     launch_blocks("collect_cuts", list.triangles, list.triangles.blocks, resident.triangle_corners, disc_sides.get(),
                   planes.get(), vertices_vs.get(), widest_radius, disc_edges.get(), status.get());
-    launch_strided("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(),
-                   feature_bins.counts.get());
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, feature_bins.counts.get(), feature_bins.offsets.get());
-    launch_strided("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
-                   feature_bins.refs.get(), feature_bins.capacity);
+    const auto for_edges = [&](std::string_view kernel, const auto&... args) {
+      if (device->lanes == 1)
+        launch_strided(kernel, args...);
+      else
+        launch(kernel, cl::NDRange(copies), cl::NDRange(1), args...);
+    };
+    for_edges("count_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
+              copies);
+    scan(feature_bins, tiles, copies);
+    for_edges("fill_edges", view, disc.radius_px, status.get(), disc_edges.get(), tile_far.get(), feature_bins.counts.get(),
+              copies, feature_bins.refs.get(), feature_bins.capacity);
     launch_pixels("list_receivers", gbuffer.resolution, receiver, receiver_words.get(), feature_bins.offsets.get(),
                   static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(), receivers.get());
     // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
@@ -576,7 +589,7 @@ struct Renderer::State {
     launch_pixels("begin_fins", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
                   tile_near_fins.get(), shape, layers, caster_range.get(), receiver_words.get(), caps.get(),
                   receiver_bins.counts.get(), tile_far.get(), out, plane);
-    launch("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, receiver_bins.counts.get(), receiver_bins.offsets.get());
+    scan(receiver_bins, tiles);
     launch_pixels("list_fin_receivers", gbuffer.resolution, receiver, receiver_words.get(), receiver_bins.counts.get(),
                   receivers.get());
     launch("receive_fins", cl::NDRange(tiles * tile_items()), cl::NDRange(tile_items()), view, shape, layers, status.get(),

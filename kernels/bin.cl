@@ -132,24 +132,29 @@ __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* bl
 }
 
 // Counts to offsets: offsets[t] = sum of counts before t, offsets[tile_count] = total; counts become the fill's cursors.
+// counts: uint a tile, `copies` times.
 // One work-group; each work-item sums a run of tiles, the first one scans the runs.
 #define HS_SCAN_ITEMS 64
-__kernel __attribute__((reqd_work_group_size(HS_SCAN_ITEMS, 1, 1))) void scan_tiles(const uint tile_count, __global uint* counts,
+__kernel __attribute__((reqd_work_group_size(HS_SCAN_ITEMS, 1, 1))) void scan_tiles(const uint tile_count, const uint copies,
+                                                                                    __global uint* counts,
                                                                                     __global uint* offsets) {
   __local uint run_totals[HS_SCAN_ITEMS];
   const uint run = (tile_count + HS_SCAN_ITEMS - 1) / HS_SCAN_ITEMS;
   const uint begin = min(run * (uint)get_local_id(0), tile_count), end = min(begin + run, tile_count);
   uint total = 0;
-  for (uint t = begin; t < end; ++t) total += counts[t];
+  for (uint copy = 0; copy < copies; ++copy)
+    for (uint t = begin; t < end; ++t) total += counts[copy * tile_count + t];
   run_totals[get_local_id(0)] = total;
   barrier(CLK_LOCAL_MEM_FENCE);
   uint before = 0;
   for (uint i = 0; i < get_local_id(0); ++i) before += run_totals[i];
   for (uint t = begin; t < end; ++t) {
-    const uint count = counts[t];
     offsets[t] = before;
-    counts[t] = before;
-    before += count;
+    for (uint i = t; i < copies * tile_count; i += tile_count) {
+      const uint count = counts[i];
+      counts[i] = before;
+      before += count;
+    }
   }
   if (get_local_id(0) == HS_SCAN_ITEMS - 1) offsets[tile_count] = before;
 }

@@ -22,15 +22,14 @@ __kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global cons
   }
 }
 
-// Appends one record; a.w and b.w carry its integers.
-HS_INLINE void emit_edge(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1, __global HsEdge* edges,
-                         __global HsStatus* status) {
+// One record; a.w and b.w carry its integers.
+HS_INLINE HsEdge edge_of(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1) {
   HsEdge edge;
   edge.a = (float4)(a, as_float(m));
   edge.b = (float4)(b, as_float((o0 + 1) | (o1 + 1) << 2));
   edge.plane0 = plane0;
   edge.plane1 = plane1;
-  edges[atomic_inc(&status->feature_count)] = edge;
+  return edge;
 }
 
 // The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
@@ -45,15 +44,21 @@ HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
 }
 
 // edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Decided faces are
-// summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up.
+// summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up. A work-group
+// appends all of its records at once: devices' cores would wait for each other at every one.
 __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends,
                             __global const uint* edge_face_offsets, __global const uint* edge_faces,
                             __global const uchar* disc_sides, __global const float4* planes, __global const float4* vertices_ls,
                             __global HsEdge* edges, __global HsStatus* status) {
+  __local uint group_edges, group_records, group_first;
+  if (get_local_id(0) == 0) group_edges = group_records = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
   const HsBlock block = blocks[get_group_id(0)];
+  const uint edge = block.first + get_local_id(0);
+  int m = 0, undecided = 0;
+  uint records = 0, first = 0;
+  float3 a = (float3)(0.0f), b = (float3)(0.0f);
   if (get_local_id(0) < block.count) {
-    const uint edge = block.first + get_local_id(0);
-    int m = 0, undecided = 0;
     for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
       const uint face = edge_faces[i];
       const uint side = disc_sides[face >> 1];
@@ -64,26 +69,38 @@ __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2
         m += side ? o : -o;
     }
     const uint2 ends = edge_ends[edge];
-    float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
+    a = vertices_ls[ends.x].xyz;
+    b = vertices_ls[ends.y].xyz;
     if ((m != 0 || undecided > 0) && clip_to_light_plane(&a, &b)) {
-      atomic_inc(&status->silhouette_count);
-      int pending = 0;
-      float4 pending_plane = (float4)(0.0f);
-      for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
-        const uint face = edge_faces[i];
-        if (disc_sides[face >> 1] != 2) continue;
-        const int o = (face & 1) ? -1 : 1;
-        if (pending == 0) {
-          pending = o;
-          pending_plane = planes[face >> 1];
-        } else {
-          emit_edge(a, b, m, pending, pending_plane, o, planes[face >> 1], edges, status);
-          m = 0;
-          pending = 0;
-        }
-      }
-      if (m != 0 || pending != 0) emit_edge(a, b, m, pending, pending_plane, 0, (float4)(0.0f), edges, status);
+      records = max((undecided + 1) / 2, 1);
+      first = atomic_add(&group_records, records);
+      atomic_inc(&group_edges);
     }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0 && group_records > 0) {
+    group_first = atomic_add(&status->feature_count, group_records);
+    atomic_add(&status->silhouette_count, group_edges);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (records > 0) {
+    first += group_first;
+    int pending = 0;
+    float4 pending_plane = (float4)(0.0f);
+    for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
+      const uint face = edge_faces[i];
+      if (disc_sides[face >> 1] != 2) continue;
+      const int o = (face & 1) ? -1 : 1;
+      if (pending == 0) {
+        pending = o;
+        pending_plane = planes[face >> 1];
+      } else {
+        edges[first++] = edge_of(a, b, m, pending, pending_plane, o, planes[face >> 1]);
+        m = 0;
+        pending = 0;
+      }
+    }
+    if (m != 0 || pending != 0) edges[first] = edge_of(a, b, m, pending, pending_plane, 0, (float4)(0.0f));
   }
 }
 
@@ -117,11 +134,11 @@ __kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* 
       const float2 nearest = leaving.xy + along * t;
       const uint side = disc_sides[triangle];
       if (dot(nearest, nearest) <= radius * radius * 1.01f)
-        emit_edge(leaving, entering,
-                  side == 2 ? 0
-                  : side    ? 1
-                            : -1,
-                  side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f), edges, status);
+        edges[atomic_inc(&status->feature_count)] = edge_of(leaving, entering,
+                                                            side == 2 ? 0
+                                                            : side    ? 1
+                                                                      : -1,
+                                                            side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f));
     }
   }
 }

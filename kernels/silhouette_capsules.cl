@@ -69,18 +69,22 @@ HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius
         }                                                                                                                   \
   }
 
-// Any number of work-items. tile_counts must be 0.
+// tile_counts: uint a tile, `copies` times, must be 0: on CPU devices one for each work-item, for cores that count in the same
+// lines of the cache wait for each other.
 __kernel void count_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
-                          __global const float* tile_far, __global uint* tile_counts) {
+                          __global const float* tile_far, __global uint* tile_counts, const uint copies) {
+  __global uint* own_counts = tile_counts + get_global_id(0) % copies * (view.tiles_x * view.tiles_y);
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
-    HS_FOR_EDGE_TILES(tile, i, { atomic_inc(&tile_counts[tile]); })
+    HS_FOR_EDGE_TILES(tile, i, { atomic_inc(&own_counts[tile]); })
 }
 
 __kernel void fill_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
-                         __global const float* tile_far, __global uint* tile_cursors, __global uint* refs, const uint capacity) {
+                         __global const float* tile_far, __global uint* tile_cursors, const uint copies, __global uint* refs,
+                         const uint capacity) {
+  __global uint* own_cursors = tile_cursors + get_global_id(0) % copies * (view.tiles_x * view.tiles_y);
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
     HS_FOR_EDGE_TILES(tile, i, {
-      const uint slot = atomic_inc(&tile_cursors[tile]);
+      const uint slot = atomic_inc(&own_cursors[tile]);
       if (slot < capacity) refs[slot] = i;
     })
 }

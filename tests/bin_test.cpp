@@ -25,7 +25,7 @@ Lists fill(const KernelRunner& runner, const HsView& view, const std::vector<cl_
   const cl::Buffer cursors = runner.buffer(counts), offsets = runner.filled(tiles + 1, ~cl_uint{0});
   const cl::Buffer refs = runner.filled(capacity + 64, ~cl_uint{0});
   const cl::Buffer status = runner.buffer(std::vector{HsStatus{0, static_cast<cl_uint>(rects.size()), 0, 0}});
-  runner.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, cursors, offsets);
+  runner.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, cl_uint{1}, cursors, offsets);
   HsFinShape shape{};
   shape.tiles_x = view.tiles_x;
   shape.tiles_y = view.tiles_y;

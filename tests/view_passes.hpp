@@ -154,7 +154,8 @@ class ViewPasses {
     shape.tiles_y = view_.tiles_y;
   }
   void scan(const cl::Buffer& tile_counts, const cl::Buffer& tile_offsets) {
-    runner_.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), static_cast<cl_uint>(tile_count()), tile_counts, tile_offsets);
+    runner_.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), static_cast<cl_uint>(tile_count()), cl_uint{1}, tile_counts,
+                tile_offsets);
   }
   void raster_shadow_map(const cl::Buffer& tile_offsets, const cl::Buffer& tile_refs, cl_uint capacity, const cl::Buffer& map) {
     runner_.run_tiles("raster_shadow_map", view_, view_, blocks, slot_count, rects, tile_offsets, tile_refs, capacity,
