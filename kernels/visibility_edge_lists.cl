@@ -8,11 +8,13 @@
 #define HS_BATCH 2048
 #define HS_LISTED 8192
 #define HS_POOL (3 * HS_LISTED + HS_LANES)
+#define HS_FACES 16384
 #else
 #define HS_GROUP 1
 #define HS_BATCH 1
 #define HS_LISTED 1
 #define HS_POOL 2
+#define HS_FACES 1
 #endif
 
 // Receivers that share a list. (Longer than need be: see EdgePool.)

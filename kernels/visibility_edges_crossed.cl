@@ -303,15 +303,122 @@ HS_INLINE vint winding_of(vfloat ax, vfloat ay, vfloat bx, vfloat by) {
   return v_select((vint)(0), (vint)(1), v_not(a_up) & b_up & left) - v_select((vint)(0), (vint)(1), a_up & v_not(b_up | left));
 }
 
+// The triangles that cast, and those in each tile.
+typedef struct {
+  __global const HsBlock* blocks;
+  uint slot_count;
+  __global const ushort4* rects;
+  __global const uint* offsets;
+  __global const uint* refs;
+  uint capacity;
+  __global const uint* triangles;
+  __global const float4* vertices_ls;
+  __global const int4* vertices_px;
+  __global const float4* planes;
+  __global const uchar* disc_sides;
+} CasterFaces;
+
+// Triangles of a tile that stand before a batch, by their bounds in the map, fixed point. (Longer than need be: see EdgePool.)
+typedef struct {
+  int low_u[HS_FACES + HS_LANES], low_v[HS_FACES + HS_LANES], high_u[HS_FACES + HS_LANES], high_v[HS_FACES + HS_LANES];
+  uint triangle[HS_FACES + HS_LANES];
+  int count;
+  uint from, to;  // in the tile's list: which of its triangles have been gone through; from = to: none
+} FacesBefore;
+
+// A part of the map in fixed point, with what snapped vertices may be off.
+HS_INLINE void fixed_bounds(const HsView view, float2 low_px, float2 high_px, int2* low, int2* high) {
+  const float2 mid_px = (float2)(view.mid_x_px, view.mid_y_px);
+  *low = convert_int2_rtn((low_px - mid_px) * (float)HS_SUBPIXEL) - 4;
+  *high = convert_int2_rtp((high_px - mid_px) * (float)HS_SUBPIXEL) + 4;
+}
+
+// Goes through a tile's triangles from `from` on, and keeps those that come before receivers of a region, while there is room.
+void load_faces_before(const HsView view, const CasterFaces* casters, const Region* region, uint tile, uint from, uint end,
+                       bool overflow, FacesBefore* faces) {
+  int2 region_low, region_high;
+  fixed_bounds(view, region->middle_px - region->half_px, region->middle_px + region->half_px, &region_low, &region_high);
+  faces->count = 0;
+  faces->from = from;
+  for (; from < end && faces->count < HS_FACES; ++from) {
+    if (overflow && !rect_has(casters->rects[from], tile, view.tiles_x)) continue;
+    const uint triangle = overflow ? casters->blocks[from / HS_BLOCK_SIZE].first + from % HS_BLOCK_SIZE : casters->refs[from];
+    const uint3 corner = vload3(triangle, casters->triangles);
+    const int4 a_px = casters->vertices_px[corner.x], b_px = casters->vertices_px[corner.y],
+               c_px = casters->vertices_px[corner.z];
+    int2 low = (int2)(INT_MIN), high = (int2)(INT_MAX);  // of triangles without a place in the map
+    if ((a_px.w | b_px.w | c_px.w) == 0) {
+      low = min(a_px.xy, min(b_px.xy, c_px.xy));
+      high = max(a_px.xy, max(b_px.xy, c_px.xy));
+      if (high.x < region_low.x || high.y < region_low.y || low.x > region_high.x || low.y > region_high.y) continue;
+    }
+    if (fmin(casters->vertices_ls[corner.x].z, fmin(casters->vertices_ls[corner.y].z, casters->vertices_ls[corner.z].z)) >=
+        region->far_z)
+      continue;
+    const int at = faces->count++;
+    faces->low_u[at] = low.x;
+    faces->low_v[at] = low.y;
+    faces->high_u[at] = high.x;
+    faces->high_v[at] = high.y;
+    faces->triangle[at] = triangle;
+  }
+  faces->to = from;
+}
+
+// Adds to the crossings of the segments from receivers to the light's centre those of one triangle.
+HS_INLINE void count_triangle(const CasterFaces* casters, uint triangle, const float* xs, const float* ys, const float* zs,
+                              int count, int* crossings) {
+  uint3 corner = vload3(triangle, casters->triangles);
+  // Corners in the order of their numbers, for every edge is decided in its stored direction.
+  int odd = 1;
+  uint swap;
+  if (corner.y < corner.x) {
+    swap = corner.x;
+    corner.x = corner.y;
+    corner.y = swap;
+    odd = -odd;
+  }
+  if (corner.z < corner.y) {
+    swap = corner.y;
+    corner.y = corner.z;
+    corner.z = swap;
+    odd = -odd;
+  }
+  if (corner.y < corner.x) {
+    swap = corner.x;
+    corner.x = corner.y;
+    corner.y = swap;
+    odd = -odd;
+  }
+  const float3 a = casters->vertices_ls[corner.x].xyz, b = casters->vertices_ls[corner.y].xyz,
+               c = casters->vertices_ls[corner.z].xyz;
+  const float4 f = casters->planes[triangle];
+  for (int k = 0; k < count; k += HS_LANES) {
+    const vfloat px = v_load(xs + k), py = v_load(ys + k), pz = v_load(zs + k);
+    const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
+    const vint between = 0.0f >= f.w ? v_not(front) : front;
+    if (!v_any(between)) continue;
+    const vfloat ax = map_x(a.x, a.z, px, pz), ay = map_x(a.y, a.z, py, pz);
+    const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
+    const vfloat cx = map_x(c.x, c.z, px, pz), cy = map_x(c.y, c.z, py, pz);
+    vint turns;
+    if (fmin(a.z, fmin(b.z, c.z)) > 0.0f) {
+      turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
+    } else {  // part of it has no place in the map: by the sides of its edges' planes
+      const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
+      turns = v_select((vint)(0), (vint)(1), ab & bc & v_not(ac)) - v_select((vint)(0), (vint)(1), v_not(ab | bc) & ac);
+    }
+    const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
+    v_store(v_load(crossings + k) + crossed, crossings + k);
+  }
+}
+
 // D(c) for the receivers in `asking`: crossings of the segment to the light's centre with the triangles of the tile.
-HS_INLINE void count_triangles(const HsView view, const Batch* batch, int first, const int* asking, int asking_count, uint tile,
-                               __global const HsBlock* blocks, uint slot_count, __global const ushort4* rects,
-                               __global const uint* offsets, __global const uint* refs, uint capacity,
-                               __global const uint* triangles, __global const float4* vertices_ls,
-                               __global const int4* vertices_px, __global const float4* planes, int* crossings) {
+// batch_region holds the batch, for which `faces` are loaded.
+HS_INLINE void count_triangles(const HsView view, const CasterFaces* casters, const Batch* batch, const Region* batch_region,
+                               int first, const int* asking, int asking_count, uint tile, FacesBefore* faces, int* crossings) {
   float xs[HS_GROUP], ys[HS_GROUP], zs[HS_GROUP];
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
-  float far_z = 0.0f;
   for (int i = 0; i < HS_GROUP; ++i) {
     const int from = first + asking[min(i, asking_count - 1)];
     xs[i] = batch->x[from];
@@ -320,64 +427,20 @@ HS_INLINE void count_triangles(const HsView view, const Batch* batch, int first,
     crossings[i] = 0;
     low_px = fmin(low_px, (float2)(batch->u[from], batch->v[from]));
     high_px = fmax(high_px, (float2)(batch->u[from], batch->v[from]));
-    far_z = fmax(far_z, batch->z[from]);
   }
-  const float2 mid_px = (float2)(view.mid_x_px, view.mid_y_px);
-  const int2 low = convert_int2_rtn((low_px - mid_px) * (float)HS_SUBPIXEL) - 4;
-  const int2 high = convert_int2_rtp((high_px - mid_px) * (float)HS_SUBPIXEL) + 4;
-
-  const bool overflow = bins_overflow(offsets, view.tiles_x * view.tiles_y, capacity);
-  const uint begin = overflow ? 0 : offsets[tile], end = overflow ? slot_count : offsets[tile + 1];
-  for (uint i = begin; i < end; ++i) {
-    if (overflow && !rect_has(rects[i], tile, view.tiles_x)) continue;
-    const uint triangle = overflow ? blocks[i / HS_BLOCK_SIZE].first + i % HS_BLOCK_SIZE : refs[i];
-    uint3 corner = vload3(triangle, triangles);
-    const int4 a_px = vertices_px[corner.x], b_px = vertices_px[corner.y], c_px = vertices_px[corner.z];
-    if ((a_px.w | b_px.w | c_px.w) == 0) {
-      const int2 least = min(a_px.xy, min(b_px.xy, c_px.xy)), most = max(a_px.xy, max(b_px.xy, c_px.xy));
-      if (most.x < low.x || most.y < low.y || least.x > high.x || least.y > high.y) continue;
-    }
-    // Corners in the order of their numbers, for every edge is decided in its stored direction.
-    int odd = 1;
-    uint swap;
-    if (corner.y < corner.x) {
-      swap = corner.x;
-      corner.x = corner.y;
-      corner.y = swap;
-      odd = -odd;
-    }
-    if (corner.z < corner.y) {
-      swap = corner.y;
-      corner.y = corner.z;
-      corner.z = swap;
-      odd = -odd;
-    }
-    if (corner.y < corner.x) {
-      swap = corner.x;
-      corner.x = corner.y;
-      corner.y = swap;
-      odd = -odd;
-    }
-    const float3 a = vertices_ls[corner.x].xyz, b = vertices_ls[corner.y].xyz, c = vertices_ls[corner.z].xyz;
-    if (fmin(a.z, fmin(b.z, c.z)) >= far_z) continue;
-    const float4 f = planes[triangle];
-    for (int k = 0; k < asking_count; k += HS_LANES) {
-      const vfloat px = v_load(xs + k), py = v_load(ys + k), pz = v_load(zs + k);
-      const vint front = f.x * px + f.y * py + f.z * pz >= f.w;
-      const vint between = 0.0f >= f.w ? v_not(front) : front;
-      if (!v_any(between)) continue;
-      const vfloat ax = map_x(a.x, a.z, px, pz), ay = map_x(a.y, a.z, py, pz);
-      const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
-      const vfloat cx = map_x(c.x, c.z, px, pz), cy = map_x(c.y, c.z, py, pz);
-      vint turns;
-      if (fmin(a.z, fmin(b.z, c.z)) > 0.0f) {
-        turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
-      } else {  // part of it has no place in the map: by the sides of its edges' planes
-        const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
-        turns = v_select((vint)(0), (vint)(1), ab & bc & v_not(ac)) - v_select((vint)(0), (vint)(1), v_not(ab | bc) & ac);
-      }
-      const vint crossed = v_select((vint)(0), v_select(-turns, turns, front) * odd, between);
-      v_store(v_load(crossings + k) + crossed, crossings + k);
+  int2 low, high;
+  fixed_bounds(view, low_px, high_px, &low, &high);
+  const bool overflow = bins_overflow(casters->offsets, view.tiles_x * view.tiles_y, casters->capacity);
+  const uint begin = overflow ? 0 : casters->offsets[tile], end = overflow ? casters->slot_count : casters->offsets[tile + 1];
+  for (uint from = begin; from < end; from = faces->to) {
+    if (faces->from != from || faces->to == from)
+      load_faces_before(view, casters, batch_region, tile, from, end, overflow, faces);
+    for (int k = 0; k < faces->count; k += HS_LANES) {
+      const vint near = (v_iota < faces->count - k) & (v_load(faces->low_u + k) <= high.x) &
+                        (v_load(faces->high_u + k) >= low.x) & (v_load(faces->low_v + k) <= high.y) &
+                        (v_load(faces->high_v + k) >= low.y);
+      for (uint bits = lane_bits(near); bits != 0; bits &= bits - 1)
+        count_triangle(casters, faces->triangle[k + first_lane(bits)], xs, ys, zs, asking_count, crossings);
     }
   }
 }

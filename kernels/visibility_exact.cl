@@ -14,29 +14,19 @@
 #define HS_MOST_PARTS 1
 #endif
 
-// What is known of a light, its map and the triangles in its tiles.
+// What is known of a light, its map and what casts.
 typedef struct {
   HsView view;
   HsDisc disc;
   SampleSet set;
   __global const float* shadow_map;
-  __global const HsBlock* blocks;
-  uint slot_count;
-  __global const ushort4* rects;
-  __global const uint* triangle_offsets;
-  __global const uint* triangle_refs;
-  uint triangle_capacity;
-  __global const uint* triangles;
-  __global const float4* vertices_ls;
-  __global const int4* vertices_px;
-  __global const float4* planes;
-  __global const uchar* disc_sides;
+  CasterFaces faces;
 } Casters;
 
 // How many surfaces hide the light's centre from receivers first .. first + count: by the map where it is clear and no
 // silhouette near, else by counting. Where no sample is less hidden than the centre (not `brighter`), hidden or not is enough.
-void count_centres(const Casters* casters, const Batch* batch, int first, int count, uint tile, const Walk* walks,
-                   const int* brighter, int* centre) {
+void count_centres(const Casters* casters, const Batch* batch, const Region* batch_region, int first, int count, uint tile,
+                   const Walk* walks, const int* brighter, FacesBefore* faces, int* centre) {
   int asking[HS_GROUP], crossings[HS_GROUP];
   int asking_count = 0;
   for (int i = 0; i < count; ++i) {
@@ -45,9 +35,7 @@ void count_centres(const Casters* casters, const Batch* batch, int first, int co
     if (lit == 2 || (lit == 0 && brighter[i])) asking[asking_count++] = i;
   }
   if (asking_count == 0) return;
-  count_triangles(casters->view, batch, first, asking, asking_count, tile, casters->blocks, casters->slot_count, casters->rects,
-                  casters->triangle_offsets, casters->triangle_refs, casters->triangle_capacity, casters->triangles,
-                  casters->vertices_ls, casters->vertices_px, casters->planes, crossings);
+  count_triangles(casters->view, &casters->faces, batch, batch_region, first, asking, asking_count, tile, faces, crossings);
   for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
 }
 
@@ -70,6 +58,8 @@ HS_INLINE void answer(const Answers* answers, const Casters* casters, uint pixel
 // A work-item's own memory.
 typedef struct {
   Batch batch;
+  Region batch_region;
+  FacesBefore faces_before;
   EdgePool pool;
   Passing passing;
   v_short counts[HS_GROUP * HS_MAX_SAMPLES / HS_LANES];  // a vector's alignment: compilers split loads and stores of less
@@ -78,7 +68,7 @@ typedef struct {
 #if HS_LANES == 16
   v_short base[HS_MAX_SAMPLES / HS_LANES];
   Sweep sweep;
-  NearFaces faces;
+  NearFaces near_faces;
 #endif
 } Workspace;
 
@@ -125,7 +115,7 @@ void answer_by_counts(const Casters* casters, const Answers* answers, uint pixel
 void answer_walked(const Casters* casters, Workspace* w, int first, int count, uint tile, const Answers* answers) {
   for (int i = 0; i < count; ++i)
     w->brighter[i] = w->walks[i].touched && finds_brighter(counts_of(w, i), (int)casters->disc.sample_count);
-  count_centres(casters, &w->batch, first, count, tile, w->walks, w->brighter, w->centre);
+  count_centres(casters, &w->batch, &w->batch_region, first, count, tile, w->walks, w->brighter, &w->faces_before, w->centre);
   for (int i = 0; i < count; ++i)
     answer_by_counts(casters, answers, w->batch.pixel[first + i], w->walks[i].touched ? counts_of(w, i) : 0, w->centre[i]);
 }
@@ -140,12 +130,12 @@ void find_near_faces(const Casters* casters, const Region* region, uint tile, in
   float3 low, high;
   box_of_region(region, &low, &high);
   faces->count = faces->first = faces->end = 0;
-  if (bins_overflow(casters->triangle_offsets, casters->view.tiles_x * casters->view.tiles_y, casters->triangle_capacity)) return;
-  for (uint i = casters->triangle_offsets[tile]; i < casters->triangle_offsets[tile + 1]; ++i) {
-    const uint triangle = casters->triangle_refs[i];
-    const uint3 corner = vload3(triangle, casters->triangles);
-    const float3 a = casters->vertices_ls[corner.x].xyz, b = casters->vertices_ls[corner.y].xyz,
-                 c = casters->vertices_ls[corner.z].xyz;
+  if (bins_overflow(casters->faces.offsets, casters->view.tiles_x * casters->view.tiles_y, casters->faces.capacity)) return;
+  for (uint i = casters->faces.offsets[tile]; i < casters->faces.offsets[tile + 1]; ++i) {
+    const uint triangle = casters->faces.refs[i];
+    const uint3 corner = vload3(triangle, casters->faces.triangles);
+    const float3 a = casters->faces.vertices_ls[corner.x].xyz, b = casters->faces.vertices_ls[corner.y].xyz,
+                 c = casters->faces.vertices_ls[corner.z].xyz;
     const float3 least = fmin(a, fmin(b, c)), most = fmax(a, fmax(b, c));
     if (any(least > high) || any(most < low)) continue;
     const int at = faces->count;
@@ -172,18 +162,19 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
                   sweep))
     return false;
   load_swept(&w->batch, region, first, count, sweep);
-  if (first < w->faces.first || first + count > w->faces.end) {
-    find_near_faces(casters, region, tile, first, first + count, &w->faces);
-    if (w->faces.end == 0) return false;
+  if (first < w->near_faces.first || first + count > w->near_faces.end) {
+    find_near_faces(casters, region, tile, first, first + count, &w->near_faces);
+    if (w->near_faces.end == 0) return false;
   }
-  if (!find_crossed(region, &w->faces, casters->triangles, casters->vertices_ls, casters->planes, casters->disc_sides, sweep) ||
+  if (!find_crossed(region, &w->near_faces, casters->faces.triangles, casters->faces.vertices_ls, casters->faces.planes,
+                    casters->faces.disc_sides, sweep) ||
       !sum_jumps(casters->disc.radius, region, &w->pool, list_first, sweep))
     return false;
 
   forget_walks(w, 1);
   walk_edges(casters, w, list_first, list_count, first, 0);
   const int brighter = 1;  // than p0 some neighbour may be
-  count_centres(casters, &w->batch, first, 1, tile, w->walks, &brighter, w->centre);
+  count_centres(casters, &w->batch, &w->batch_region, first, 1, tile, w->walks, &brighter, &w->faces_before, w->centre);
   for (int k = 0; k < n / HS_LANES; ++k)
     w->base[k] = (w->walks[0].touched ? w->counts[k] : (v_short)(0)) + (v_short)((short)w->centre[0]);
   float seen[HS_GROUP];
@@ -192,7 +183,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   for (int i = 0; i < count; ++i) {
     const uint pixel = w->batch.pixel[first + sweep->order[i]];
     if (casters->disc.tinted || sweep->crossed_count[i] > 0) {
-      counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->planes, i, w->counts);
+      counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->faces.planes, i, w->counts);
       answer_by_counts(casters, answers, pixel, w->counts, 0);
     } else {
       answer(answers, casters, pixel, seen[i], negative[i], 0, 0);
@@ -211,10 +202,10 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     int list_first, list_count;  // in the pool; list_count < 0: not listed yet
     int narrowed_for;            // receivers
   } parts[HS_MOST_PARTS];
+  bound_region(&w->batch, 0, batch_count, &w->batch_region);
+  w->faces_before.from = w->faces_before.to = 0;
 #if HS_LANES == 16
-  Region whole;
-  bound_region(&w->batch, 0, batch_count, &whole);
-  find_near_faces(casters, &whole, tile, 0, batch_count, &w->faces);
+  find_near_faces(casters, &w->batch_region, tile, 0, batch_count, &w->near_faces);
 #endif
   parts[0].first = parts[0].list_first = 0;
   parts[0].count = parts[0].narrowed_for = batch_count;
@@ -305,17 +296,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                            disc,
                            {samples, rank_table, weights, cell_xy, cells, window_xy, windows},
                            shadow_map,
-                           blocks,
-                           slot_count,
-                           rects,
-                           triangle_offsets,
-                           triangle_refs,
-                           triangle_capacity,
-                           triangles,
-                           vertices_ls,
-                           vertices_px,
-                           planes,
-                           disc_sides};
+                           {blocks, slot_count, rects, triangle_offsets, triangle_refs, triangle_capacity, triangles, vertices_ls,
+                            vertices_px, planes, disc_sides}};
   const Answers answers = {visibility + plane * pixels, tints + tint_plane * pixels, status};
   Workspace w;
 #if HS_LANES == 16
