@@ -16,7 +16,7 @@
 // Cost follows what moves before the light's samples, not receivers times edges.
 
 #if HS_LANES == 16
-#define HS_PAIRS 4096
+#define HS_PAIRS 16384
 #define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES)
 #define HS_SLOTS 256
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)  // a float8
