@@ -18,8 +18,7 @@
 #if HS_LANES == 16
 #define HS_PAIRS 16384
 #define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES)
-#define HS_SLOTS 256
-#define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)  // a float8
+#define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
 #define HS_DIRECTIONS 64
@@ -39,14 +38,15 @@ typedef struct {
   ushort pair_edge[HS_PAIR_ROOM], pair_slot[HS_PAIR_ROOM];  // edges, ascending, and the samples that they may pass over
   short pair_m[HS_PAIR_ROOM];                               // multiplicity as the sample has it
   int pair_count;
+  float pairs_per_edge;            // where there were too many; else 0
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
-  ushort sample_of[HS_SLOTS];
-  float sample_x[HS_SLOTS], sample_y[HS_SLOTS];  // unit disc
+  ushort sample_of[HS_MAX_SAMPLES];
+  float sample_x[HS_MAX_SAMPLES], sample_y[HS_MAX_SAMPLES];  // unit disc
   int slot_count;
-  short jumps[HS_SLOTS * HS_GROUP];     // J
-  short depth[HS_GROUP];                // F for the light's centre
-  uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
-  int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
+  short jumps[HS_MAX_SAMPLES * HS_GROUP];  // J
+  short depth[HS_GROUP];                   // F for the light's centre
+  uint crossed[HS_GROUP * HS_CROSSED];     // faces that the way to each receiver goes through and whose plane cuts the disc,
+  int crossed_count[HS_GROUP];             //   twice the number + 1 if the centre is on p0's side
 } Sweep;
 
 // Triangles near some receivers, by their bounds in light space. (Longer than need be: see EdgePool.)
@@ -141,15 +141,13 @@ HS_INLINE vint place_along(vfloat x, int cells) {
 }
 
 // Adds a pair of an edge and each of the lanes `swept` of samples, whose numbers are in `samples`, where it has a multiplicity.
-// False where there is no room for another slot.
-HS_INLINE bool add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
+HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
                          __global const ushort* samples, uint swept, Sweep* sweep) {
   const vint m = multiplicity_at(list, i, radius, sx, sy);
   for (swept &= lane_bits(m != 0); swept != 0; swept &= swept - 1) {
     const int lane = first_lane(swept), sample = samples[lane], pair = sweep->pair_count++;
     int slot = sweep->slot_of[sample];
     if (slot == 0) {
-      if (sweep->slot_count == HS_SLOTS) return false;
       sweep->sample_of[sweep->slot_count] = (ushort)sample;
       sweep->sample_x[sweep->slot_count] = HS_FLOAT_LANE(sx, lane);
       sweep->sample_y[sweep->slot_count] = HS_FLOAT_LANE(sy, lane);
@@ -160,7 +158,6 @@ HS_INLINE bool add_pairs(const EdgePool* list, int first, int i, float radius, v
     sweep->pair_slot[pair] = (ushort)(slot - 1);
     sweep->pair_m[pair] = (short)HS_LANE(m, lane);
   }
-  return true;
 }
 
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are, or seem to
@@ -176,6 +173,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
   sweep->pair_count = sweep->slot_count = 0;
+  sweep->pairs_per_edge = 0.0f;
   for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
   for (int i = first; i < first + count; i += HS_LANES) {
     const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
@@ -242,20 +240,22 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
         const vfloat sx = v_load(set->window_xy + at * (2 * HS_LANES)),
                      sy = v_load(set->window_xy + at * (2 * HS_LANES) + HS_LANES);
         const uint swept = lane_bits(HS_OUTSIDE(sx, sy) <= 0.0f);
-        if (swept != 0 && !add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_LANES, swept, sweep))
-          return false;
+        if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_LANES, swept, sweep);
       } else {
         for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
           const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
           for (int k = cell_first[y * grid + HS_LANE(x0, lane) / 2]; k < end; k += HS_LANES) {
             const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
             const uint swept = lane_bits((v_iota < end - k) & (HS_OUTSIDE(sx, sy) <= 0.0f));
-            if (swept != 0 && !add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep)) return false;
+            if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep);
           }
         }
       }
 #undef HS_OUTSIDE
-      if (sweep->pair_count > allowed) return false;
+      if (sweep->pair_count > allowed) {
+        sweep->pairs_per_edge = (float)sweep->pair_count / (float)(i + HS_LANES - first);
+        return false;
+      }
     }
   }
   return true;

@@ -4,12 +4,14 @@
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
 #define HS_LITTLE_WORK 65536
-#define HS_MOST_PAIRS(edges, receivers) (3 * (edges) * (receivers) / (((receivers) + 15) / 16 * 16) + 128)
+#define HS_MOST_PAIRS 4     // of an edge and a sample that it passes over, to an edge of a group that shares
+#define HS_PAIRS_LEFT 0.6f  // of them, in half of a group
 #define HS_NARROW_AGAIN 4
 #define HS_MOST_PARTS 64
 #else
 #define HS_LEAST_GROUP 1
 #define HS_LITTLE_WORK 0
+#define HS_PAIRS_LEFT 1.0f
 #define HS_NARROW_AGAIN 1
 #define HS_MOST_PARTS 1
 #endif
@@ -158,8 +160,8 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
                   int count, uint tile, const Answers* answers) {
   Sweep* sweep = &w->sweep;
   const int n = (int)casters->disc.sample_count;
-  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, HS_MOST_PAIRS(list_count, count),
-                  sweep))
+  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count,
+                  HS_MOST_PAIRS * list_count * count / ((count + HS_LANES - 1) / HS_LANES * HS_LANES) + 128, sweep))
     return false;
   load_swept(&w->batch, region, first, count, sweep);
   if (first < w->near_faces.first || first + count > w->near_faces.end) {
@@ -201,6 +203,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
     int first, count;
     int list_first, list_count;  // in the pool; list_count < 0: not listed yet
     int narrowed_for;            // receivers
+    float pairs_per_edge;        // what sharing would come to, about; 0: not known
   } parts[HS_MOST_PARTS];
   bound_region(&w->batch, 0, batch_count, &w->batch_region);
   w->faces_before.from = w->faces_before.to = 0;
@@ -210,11 +213,13 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
   parts[0].first = parts[0].list_first = 0;
   parts[0].count = parts[0].narrowed_for = batch_count;
   parts[0].list_count = -1;
+  parts[0].pairs_per_edge = 0.0f;
   for (int waiting = 1; waiting > 0;) {
     --waiting;
     const int first = parts[waiting].first, count = parts[waiting].count;
     int list_first = parts[waiting].list_first, list_count = parts[waiting].list_count,
         narrowed_for = parts[waiting].narrowed_for;
+    float pairs_per_edge = parts[waiting].pairs_per_edge;
     Region region;
     bound_region(&w->batch, first, first + count, &region);
     bool listed = list_count >= 0;
@@ -250,7 +255,10 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
 #if HS_LANES == 16
       share = casters->disc.radius > 0.0f && !casters->disc.ball && !casters->disc.rotated && count >= HS_LEAST_GROUP &&
               list_count > 0;
-      if (share && answer_group(casters, w, &region, list_first, list_count, first, count, tile, answers)) continue;
+      if (share && pairs_per_edge <= HS_MOST_PAIRS) {
+        if (answer_group(casters, w, &region, list_first, list_count, first, count, tile, answers)) continue;
+        pairs_per_edge = w->sweep.pairs_per_edge;
+      }
 #endif
       if (!share || count < 2 * HS_LEAST_GROUP || count * list_count < HS_LITTLE_WORK || waiting + 2 > HS_MOST_PARTS) {
         forget_walks(w, count);
@@ -267,6 +275,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
       parts[waiting].list_first = list_first;
       parts[waiting].list_count = listed ? list_count : -1;
       parts[waiting].narrowed_for = narrowed_for;
+      parts[waiting].pairs_per_edge = pairs_per_edge * HS_PAIRS_LEFT;
       ++waiting;
     }
   }
