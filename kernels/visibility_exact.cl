@@ -3,7 +3,7 @@
 #if HS_LANES == 16
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
-#define HS_LITTLE_WORK 65536
+#define HS_LITTLE_WORK 32768
 #define HS_MOST_PAIRS 4     // of an edge and a sample that it passes over, to an edge of a group that shares
 #define HS_PAIRS_LEFT 0.6f  // of them, in half of a group
 #define HS_NARROW_AGAIN 4
