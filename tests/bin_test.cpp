@@ -71,6 +71,27 @@ TEST_P(Bins, EveryTileOfARectangleListsItOnceAndNoOtherDoes) {
   }
 }
 
+TEST_P(Bins, CopiesOfATilesCountHaveTheirOwnPartOfItsList) {
+  std::mt19937 random(9);
+  for (const cl_uint tiles : {1u, 63u, 64u, 200u}) {
+    const cl_uint copies = 3;
+    std::vector<cl_uint> counts(tiles * copies);
+    for (cl_uint& count : counts) count = random() % 5;
+    const cl::Buffer cursors = runner_.buffer(counts), offsets = runner_.filled(tiles + 1, ~cl_uint{0});
+    runner_.run("scan_tiles", cl::NDRange(64), cl::NDRange(64), tiles, copies, cursors, offsets);
+    const auto begins = runner_.read<cl_uint>(cursors, counts.size()), tile_begins = runner_.read<cl_uint>(offsets, tiles + 1);
+    cl_uint before = 0;
+    for (cl_uint t = 0; t < tiles; ++t) {
+      ASSERT_EQ(tile_begins[t], before);
+      for (cl_uint copy = 0; copy < copies; ++copy) {
+        ASSERT_EQ(begins[copy * tiles + t], before);
+        before += counts[copy * tiles + t];
+      }
+    }
+    EXPECT_EQ(tile_begins[tiles], before);
+  }
+}
+
 TEST_P(Bins, NothingIsWrittenBeyondTheCapacity) {
   const HsView view = straight_view(*runner_.device, glm::uvec2(8, 8) * runner_.device->tile_px, 1.0f);
   const Lists lists = fill(runner_, view, random_rects(view, 500), 100);
