@@ -126,7 +126,7 @@ HS_INLINE void bound_region(const Batch* batch, int first, int end, Region* regi
   region->half_size = (float3)(hx, hy, hz);
   region->middle_px = (float2)(mu, mv);
   region->half_px = (float2)(hu, hv);
-  region->far_z = mz + hz;
+  region->far_z = (mz + hz) * 1.000001f;  // not rounded below the farthest
   region->d_far = 1.0f / region->far_z;
 }
 
