@@ -109,7 +109,6 @@ void sort_into_cells(SampleTable& table, std::size_t n) {
 
 /// Few edges pass over more than such a window: they need no loop over cells.
 void sort_into_windows(SampleTable& table, std::size_t n) {
-  constexpr unsigned room = 16, cells_wide = 3;
   constexpr float beyond = 1e18f;
   const unsigned across = 2 * table.cells_across;
   std::vector<std::uint16_t> cell_x, cell_y;
@@ -121,13 +120,13 @@ void sort_into_windows(SampleTable& table, std::size_t n) {
     for (unsigned x = 0; x < across; ++x) {
       std::vector<std::uint16_t> inside;
       for (std::size_t i = 0; i < n; ++i)
-        if (cell_x[i] >= x && cell_x[i] < x + cells_wide && cell_y[i] >= y && cell_y[i] < y + cells_wide)
+        if (cell_x[i] >= x && cell_x[i] < x + HS_WINDOW_CELLS && cell_y[i] >= y && cell_y[i] < y + HS_WINDOW_CELLS)
           inside.push_back(static_cast<std::uint16_t>(i));
-      if (inside.size() > room) inside.assign(1, 65535);
+      if (inside.size() > HS_WINDOW_SAMPLES) inside.assign(1, HS_WINDOW_FULL);
       for (const std::size_t first : {std::size_t{0}, n})
-        for (unsigned k = 0; k < room; ++k)
-          table.window_xy.push_back(k < inside.size() && inside[0] != 65535 ? table.samples[first + inside[k]] : beyond);
-      inside.resize(room, 0);
+        for (unsigned k = 0; k < HS_WINDOW_SAMPLES; ++k)
+          table.window_xy.push_back(k < inside.size() && inside[0] != HS_WINDOW_FULL ? table.samples[first + inside[k]] : beyond);
+      inside.resize(HS_WINDOW_SAMPLES, 0);
       table.windows.insert(table.windows.end(), inside.begin(), inside.end());
     }
 }

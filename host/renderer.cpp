@@ -489,9 +489,10 @@ struct Renderer::State {
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");
     receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
-    const cl_uint copies = device->lanes == 1 ? 1 : std::min(4 * device->device_info.compute_units, 64u);
-    feature_bins.size_for(*device, 1, std::size_t{tiles} * copies,
-                          4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    // On CPU devices a few workers share the edges, and then the tiles; on GPU devices a work-group is a tile.
+    const cl_uint workers = 4 * device->device_info.compute_units, copies = device->lanes == 1 ? 1 : std::min(workers, 64u);
+    feature_bins.size_for(*device, 1, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    feature_bins.counts.at_least(*device, std::size_t{tiles} * copies * sizeof(cl_uint), "tile counts");
     receiver_bins.size_for(*device, 1, tiles, 1);
 
     draw_shadow_map(list, "bound_triangles_wide");
@@ -521,16 +522,14 @@ struct Renderer::State {
               copies, feature_bins.refs.get(), feature_bins.capacity);
     launch_pixels("list_receivers", gbuffer.resolution, receiver, receiver_words.get(), feature_bins.offsets.get(),
                   static_cast<cl_uint>(settings.alias_free), receiver_bins.counts.get(), receivers.get());
-    // On CPU devices a few workers share the tiles; on GPU devices a work-group is a tile.
-    const std::size_t workers = device->lanes == 1 ? tiles * 64 : 4 * std::size_t{device->device_info.compute_units};
-    launch("count_samples", cl::NDRange(workers), cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc,
-           depth_or_position, normals, shadow_map.get(), disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(),
-           feature_bins.capacity, samples.samples, samples.rank, samples.weights, samples.cell_xy, samples.cells,
-           samples.window_xy, samples.windows, tinting.buffer, static_cast<cl_uint>(std::max(0, tinting.plane)),
-           list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE, triangle_bins.rects.get(), triangle_bins.offsets.get(),
-           triangle_bins.refs.get(), triangle_bins.capacity, resident.triangle_corners, vertices_vs.get(), vertices_px.get(),
-           planes.get(), disc_sides.get(), receiver_bins.offsets.get(), receiver_bins.counts.get(), receivers.get(),
-           tile_queue.get(), out, plane, status.get());
+    launch("count_samples", cl::NDRange(device->lanes == 1 ? std::size_t{tiles} * 64 : workers),
+           cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc, depth_or_position, normals, shadow_map.get(),
+           disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(), feature_bins.capacity, samples.samples,
+           samples.rank, samples.weights, samples.cell_xy, samples.cells, samples.window_xy, samples.windows, tinting.buffer,
+           static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
+           triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
+           resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(),
+           receiver_bins.offsets.get(), receiver_bins.counts.get(), receivers.get(), tile_queue.get(), out, plane, status.get());
   }
 
   const LightSamples& samples_of(const Light& light, unsigned count) {

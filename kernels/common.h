@@ -23,7 +23,6 @@ typedef int16 vint;
 #define v_store(v, p) vstore16(v, 0, p)
 #define v_float convert_float16
 #define v_int convert_int16
-#define v_float_of_bits as_float16
 #define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
 // Of a mask. Not as !m: compilers make that an exclusive or with a vector of ones of one bit each, which Oclgrind 21.10 takes for
 // 1 where its comparisons give -1: what was true comes out as -2, and what was false as 1.
@@ -102,7 +101,6 @@ typedef int vint;
 #define v_store(v, p) (*(p) = (v))
 #define v_float (float)
 #define v_int (int)
-#define v_float_of_bits as_float
 #define v_select(if_false, if_true, mask) ((mask) ? (if_true) : (if_false))
 #define v_not(m) (!(m))
 #define v_any(m) ((m) != 0)
@@ -196,16 +194,23 @@ HS_INLINE vfloat strided_lanes(const float* p) {
 #endif
 }
 
+#if HS_LANES == 16
+// Four interleaved channels of sixteen pixels, four pixels a vector, to a vector a channel.
+HS_INLINE void part_channels(float16 a, float16 b, float16 c, float16 d, float16* x, float16* y, float16* z, float16* w) {
+  *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
+  *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
+  *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
+  *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+}
+#endif
+
 // Loads four interleaved channels of HS_LANES pixels.
 HS_INLINE void load_lanes4(__global const float4* plane, size_t first, int valid, vfloat* x, vfloat* y, vfloat* z, vfloat* w) {
 #if HS_LANES == 16
   if (valid >= 16) {
     __global const float* p = (__global const float*)(plane + first);
     const float16 a = vload16(0, p), b = vload16(1, p), c = vload16(2, p), d = vload16(3, p);
-    *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
-    *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
-    *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
-    *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+    part_channels(a, b, c, d, x, y, z, w);
     return;
   }
   float lanes[4][16];
@@ -236,10 +241,7 @@ HS_INLINE void v_gather4(__global const float4* plane, vint i, vfloat* x, vfloat
                 b = (float16)(plane[i.s4], plane[i.s5], plane[i.s6], plane[i.s7]),
                 c = (float16)(plane[i.s8], plane[i.s9], plane[i.sa], plane[i.sb]),
                 d = (float16)(plane[i.sc], plane[i.sd], plane[i.se], plane[i.sf]);
-  *x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
-  *y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
-  *z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
-  *w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+  part_channels(a, b, c, d, x, y, z, w);
 #else
   const float4 value = plane[i];
   *x = value.x;

@@ -206,7 +206,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     float4 n = last < 0 ? (float4)(0.0f) : face_normals[last];
     if (valid == HS_LANES && v_all(seen == last)) {
       for (int i = 0; i < HS_LANES; ++i) stream_float4(n, normal + first + i);
-      stream_lanes(v_float_of_bits(seen), (__global float*)face, first, valid);
+      stream_lanes(v_as_float(seen), (__global float*)face, first, valid);
     } else {
       for (int i = 0; i < valid; ++i) {
         const int here = nearest_face[HS_SLOT(x, y) + i];

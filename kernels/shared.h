@@ -117,6 +117,12 @@ typedef struct {
   hs_uint cells_across;  // of the grid that the samples are sorted into
 } HsDisc;
 
+// The windows of the light's samples (host/light_samples.hpp), each of so many columns and rows, and with room for so many
+// samples.
+#define HS_WINDOW_CELLS 3
+#define HS_WINDOW_SAMPLES 16
+#define HS_WINDOW_FULL 65535  // in place of the first number: there are more
+
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
 #define HS_NEAR_PX 2.25f
 

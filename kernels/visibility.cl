@@ -18,6 +18,22 @@ HS_INLINE vfloat distance_from_camera(const HsReceiverView view, vfloat x, vfloa
   return sqrt(rx * rx + ry * ry + rz * rz + rw * rw) * view.unit;
 }
 
+// Pixels (px, py) with depth z_vs, and positions in the world, to light space before the division by w.
+HS_INLINE void light_space_of_depth(const HsReceiverView view, vfloat px, vfloat py, vfloat z_vs, vfloat* x, vfloat* y, vfloat* z,
+                                    vfloat* w) {
+  *x = z_vs * (view.ray0.x + px * view.ray_dx.x + py * view.ray_dy.x) + view.origin.x;
+  *y = z_vs * (view.ray0.y + px * view.ray_dx.y + py * view.ray_dy.y) + view.origin.y;
+  *z = z_vs * (view.ray0.z + px * view.ray_dx.z + py * view.ray_dy.z) + view.origin.z;
+  *w = z_vs * (view.ray0.w + px * view.ray_dx.w + py * view.ray_dy.w) + view.origin.w;
+}
+HS_INLINE void light_space_of_position(const HsReceiverView view, vfloat x_ws, vfloat y_ws, vfloat z_ws, vfloat* x, vfloat* y,
+                                       vfloat* z, vfloat* w) {
+  *x = along_axis(view.from_world_x.xyz, x_ws, y_ws, z_ws) + view.from_world_x.w;
+  *y = along_axis(view.from_world_y.xyz, x_ws, y_ws, z_ws) + view.from_world_y.w;
+  *z = along_axis(view.from_world_z.xyz, x_ws, y_ws, z_ws) + view.from_world_z.w;
+  *w = along_axis(view.from_world_w.xyz, x_ws, y_ws, z_ws) + view.from_world_w.w;
+}
+
 // Where HS_LANES pixels lie in the light.
 typedef struct {
   vint seen;          // there is something
@@ -33,22 +49,14 @@ HS_INLINE PixelPlace place_pixels(const HsView light, const HsReceiverView view,
   PixelPlace p;
   if (view.has_depth) {
     const vfloat z_vs = load_lanes(depth_or_position, first, valid);
-    const vfloat pixel_x = v_float(px + v_iota);
-    const float pixel_y = (float)py;
     p.seen = (z_vs > 0.0f) & (z_vs < HS_EMPTY_Z);
-    p.x = z_vs * (view.ray0.x + pixel_x * view.ray_dx.x + pixel_y * view.ray_dy.x) + view.origin.x;
-    p.y = z_vs * (view.ray0.y + pixel_x * view.ray_dx.y + pixel_y * view.ray_dy.y) + view.origin.y;
-    p.z = z_vs * (view.ray0.z + pixel_x * view.ray_dx.z + pixel_y * view.ray_dy.z) + view.origin.z;
-    p.w = z_vs * (view.ray0.w + pixel_x * view.ray_dx.w + pixel_y * view.ray_dy.w) + view.origin.w;
+    light_space_of_depth(view, v_float(px + v_iota), (vfloat)((float)py), z_vs, &p.x, &p.y, &p.z, &p.w);
     p.error = z_vs * (view.size_per_px * (1.0f / 256.0f));  // rasterizers snap vertices
   } else {
     vfloat px_ws, py_ws, pz_ws, is_seen;
     load_lanes4((__global const float4*)depth_or_position, first, valid, &px_ws, &py_ws, &pz_ws, &is_seen);
     p.seen = is_seen > 0.0f;
-    p.x = px_ws * view.from_world_x.x + py_ws * view.from_world_x.y + pz_ws * view.from_world_x.z + view.from_world_x.w;
-    p.y = px_ws * view.from_world_y.x + py_ws * view.from_world_y.y + pz_ws * view.from_world_y.z + view.from_world_y.w;
-    p.z = px_ws * view.from_world_z.x + py_ws * view.from_world_z.y + pz_ws * view.from_world_z.z + view.from_world_z.w;
-    p.w = px_ws * view.from_world_w.x + py_ws * view.from_world_w.y + pz_ws * view.from_world_w.z + view.from_world_w.w;
+    light_space_of_position(view, px_ws, py_ws, pz_ws, &p.x, &p.y, &p.z, &p.w);
     p.error = distance_from_camera(view, p.x, p.y, p.z, p.w) * (view.size_per_px * (1.0f / 256.0f));
   }
   // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.

@@ -52,7 +52,7 @@ __kernel void receive_by_map(const HsView light, const HsReceiverView view, __gl
         bound_tile(same, r.z, tile_far + tile, tile_counts + tile, (uint)lane_count(same));
       }
     }
-    store_lanes(v_float_of_bits(words), (__global float*)receiver_words, HS_PIXEL, valid);
+    store_lanes(v_as_float(words), (__global float*)receiver_words, HS_PIXEL, valid);
     store_visibility(&r, result, visibility, (size_t)plane * view.height_px * view.width_px + HS_PIXEL, valid);
   }
 }

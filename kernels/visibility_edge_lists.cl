@@ -53,20 +53,13 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
       const vfloat z_vs = v_gather(depth_or_position, pixel);
       vint row = v_int(v_float(pixel) / (float)view.width_px);  // or one off
       row += v_select(v_select((vint)(0), (vint)(1), pixel - row * width >= width), (vint)(-1), pixel < row * width);
-      const vfloat px = v_float(pixel - row * width), py = v_float(row);
-      x = z_vs * (view.ray0.x + px * view.ray_dx.x + py * view.ray_dy.x) + view.origin.x;
-      y = z_vs * (view.ray0.y + px * view.ray_dx.y + py * view.ray_dy.y) + view.origin.y;
-      z = z_vs * (view.ray0.z + px * view.ray_dx.z + py * view.ray_dy.z) + view.origin.z;
-      w = z_vs * (view.ray0.w + px * view.ray_dx.w + py * view.ray_dy.w) + view.origin.w;
+      light_space_of_depth(view, v_float(pixel - row * width), v_float(row), z_vs, &x, &y, &z, &w);
       error = fmax(z_vs * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
                    view.unit * fmax(fmax(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
     } else {
       vfloat x_ws, y_ws, z_ws, seen;
       v_gather4((__global const float4*)depth_or_position, pixel, &x_ws, &y_ws, &z_ws, &seen);
-      x = x_ws * view.from_world_x.x + y_ws * view.from_world_x.y + z_ws * view.from_world_x.z + view.from_world_x.w;
-      y = x_ws * view.from_world_y.x + y_ws * view.from_world_y.y + z_ws * view.from_world_y.z + view.from_world_y.w;
-      z = x_ws * view.from_world_z.x + y_ws * view.from_world_z.y + z_ws * view.from_world_z.z + view.from_world_z.w;
-      w = x_ws * view.from_world_w.x + y_ws * view.from_world_w.y + z_ws * view.from_world_w.z + view.from_world_w.w;
+      light_space_of_position(view, x_ws, y_ws, z_ws, &x, &y, &z, &w);
       error = (fabs(x_ws) + fabs(y_ws) + fabs(z_ws) +
                view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
                             fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *

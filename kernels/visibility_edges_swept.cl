@@ -224,7 +224,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const vfloat low_y = fmax(ly * per_radius, -2.0f), high_y = fmin(hy * per_radius, 2.0f);
     const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
                y1 = place_along(high_y, fine);
-    const vint window = v_select((vint)(-1), y0 * fine + x0, (x1 - x0 < 3) & (y1 - y0 < 3));
+    const vint window = v_select((vint)(-1), y0 * fine + x0, (x1 - x0 < HS_WINDOW_CELLS) & (y1 - y0 < HS_WINDOW_CELLS));
     const vfloat mx = 0.5f * (low_x + high_x), my = 0.5f * (low_y + high_y);
     const vfloat half_x = 0.5f * (high_x - low_x) + 1e-6f, half_y = 0.5f * (high_y - low_y) + 1e-6f;
     const vfloat unit_ex = ex * radius, unit_ey = ey * radius;
@@ -236,11 +236,11 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
                   lane_band = HS_FLOAT_LANE(half_band, lane);
 #define HS_OUTSIDE(sx, sy) \
   max(max(fabs((sx)-lane_mx) - lane_hx, fabs((sy)-lane_my) - lane_hy), fabs((sx)*lane_ey - (sy)*lane_ex - lane_c) - lane_band)
-      if (at >= 0 && set->windows[at * HS_LANES] != 65535) {
-        const vfloat sx = v_load(set->window_xy + at * (2 * HS_LANES)),
-                     sy = v_load(set->window_xy + at * (2 * HS_LANES) + HS_LANES);
+      if (at >= 0 && set->windows[at * HS_WINDOW_SAMPLES] != HS_WINDOW_FULL) {
+        const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
+                     sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
         const uint swept = lane_bits(HS_OUTSIDE(sx, sy) <= 0.0f);
-        if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_LANES, swept, sweep);
+        if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_WINDOW_SAMPLES, swept, sweep);
       } else {
         for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
           const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
@@ -316,7 +316,7 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
   const vfloat from0 = nx * fx + ny * fy + nz * fz;
   // Nearer than this the walk's rounding may find the sample on the other side.
   const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
-  v_store(v_select((vint)(0), (vint)(-1), from0 > 0.0f), pairs->left0);
+  v_store(from0 > 0.0f, pairs->left0);
   for (uint bits = lane_bits(fabs(from0) <= unsure); bits != 0; bits &= bits - 1) {
     const int k = first_lane(bits);
     const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
@@ -372,7 +372,8 @@ bool sum_jumps(float radius, const Region* region, const EdgePool* list, int fir
       for (uint bits = pairs.between[v]; bits != 0; bits &= bits - 1) {
         const int k = first_lane(bits);
         const float az = pairs.az[k], bz = pairs.bz[k];
-        const vfloat from = pairs.nx[k] * (px - pairs.ax[k]) + pairs.ny[k] * (py - pairs.ay[k]) + pairs.nz[k] * (pz - az);
+        const vfloat from =
+            along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), px - pairs.ax[k], py - pairs.ay[k], pz - az);
         vint left = from > 0.0f;
         const vint doubtful = fabs(from) <= pairs.unsure[k];
         if (v_any(doubtful))
@@ -380,8 +381,8 @@ bool sum_jumps(float radius, const Region* region, const EdgePool* list, int fir
                           left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
                                          (float2)(pairs.sx[k], pairs.sy[k]), radius, px, py, pz, left),
                           doubtful);
-        const vfloat da = pairs.m_ax[k] * dx + pairs.m_ay[k] * dy + pairs.m_az[k] * dz,
-                     db = pairs.m_bx[k] * dx + pairs.m_by[k] * dy + pairs.m_bz[k] * dz;
+        const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
+                     db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
         const vint passes = (left ^ pairs.left0[k]) & ((da >= 0.0f) ^ (db >= 0.0f));
         if (!v_any(passes)) continue;
         // Where the edge meets the plane, and where the way does: depths, each times the other's weight.

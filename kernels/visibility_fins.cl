@@ -391,7 +391,7 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
       }
       result = fmin(result, v_select(most, (vfloat)(1.0f), r.decided));
     }
-    store_lanes(v_float_of_bits(words), (__global float*)receiver_words, HS_PIXEL, valid);
+    store_lanes(v_as_float(words), (__global float*)receiver_words, HS_PIXEL, valid);
     store_visibility(&r, result, visibility, (size_t)plane * pixels + HS_PIXEL, valid);
   }
 }
@@ -444,7 +444,7 @@ HS_INLINE void load_run(const HsView light, const HsReceiverView view, int2 tile
   const int px = (int)(begins & ((1u << HS_RUN_Y_SHIFT) - 1u)), py = (int)(begins >> HS_RUN_Y_SHIFT);
   run->pixel = HS_PIXEL;
   run->valid = min(HS_LANES, (int)view.width_px - px);
-  run->words = v_as_int(load_lanes((__global const float*)receiver_words, run->pixel, run->valid));
+  run->words = load_int_lanes((__global const int*)receiver_words, run->pixel, run->valid);
   run->mine = ((run->words & HS_WORD_TILE) == (int)get_group_id(0) + 1) & (v_iota < run->valid);
   const PixelPlace p = place_pixels(light, view, px, py, run->valid, depth_or_position);
   const Footprint f = footprint_at(light, p.u, p.v);
@@ -825,7 +825,7 @@ HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __gl
 HS_INLINE void store_seen(const TileRun* run, const Seen* seen, __global float* states, size_t pixels) {
   const vint x = v_int(seen->nx * HS_WAY_SCALE), y = v_int(seen->ny * HS_WAY_SCALE);
   store_mine(run, seen->part, states);
-  store_mine(run, v_float_of_bits((x & 0xffff) | (y << 16)), states + pixels);
+  store_mine(run, v_as_float((x & 0xffff) | (y << 16)), states + pixels);
 }
 
 HS_INLINE void load_seen(const TileRun* run, __global const float* states, size_t pixels, Seen* seen) {
