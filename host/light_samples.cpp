@@ -101,6 +101,7 @@ void sort_into_cells(SampleTable& table, std::size_t n) {
   }
   table.cells.push_back(static_cast<std::uint16_t>(n));
   table.cells.insert(table.cells.end(), order.begin(), order.end());
+  table.cells.insert(table.cells.end(), padding, 0);
   for (const std::size_t first : {std::size_t{0}, n}) {
     for (const std::uint16_t i : order) table.cell_xy.push_back(table.samples[first + i]);
     table.cell_xy.insert(table.cell_xy.end(), padding, 0.0f);
@@ -206,12 +207,11 @@ SampleTable sample_table(const LightPoints& points) {
   for (const Sample& s : sorted) table.samples.push_back(s.turn);
   const std::size_t per_turn = 8 * sorted.size();
   table.per_turn = static_cast<float>(per_turn);
-  for (std::size_t i = 0; i <= 4 * per_turn; ++i) {
+  for (std::size_t i = 0; i <= 4 * per_turn + 1; ++i) {
     const float turn = static_cast<float>(i) / table.per_turn;
     const auto below = std::lower_bound(sorted.begin(), sorted.end(), turn, [](const Sample& s, float t) { return s.turn < t; });
-    table.rank.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
+    table.below.push_back(static_cast<std::uint16_t>(below - sorted.begin()));
   }
-  table.samples.push_back(std::numeric_limits<float>::infinity());
   sort_into_cells(table, sorted.size());
   sort_into_windows(table, sorted.size());
   if (!points.weights.empty())

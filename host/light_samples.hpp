@@ -36,21 +36,21 @@ glm::dvec3 mean_color(const Light& light);
 
 /// Samples as kernels/visibility_exact.cl reads them.
 struct SampleTable {
-  std::vector<float> samples;       ///< x of all, y of all, turns of all (ascending), then infinity, where a search ends
-  std::vector<std::uint16_t> rank;  ///< rank[i]: samples with a turn below i / per_turn; the search goes on from there
-  float per_turn = 0.0f;            ///< table entries a quarter turn
-  std::vector<float> weights;       ///< red of all, green of all, blue of all; empty where the points have none
+  std::vector<float> samples;        ///< x of all, y of all, turns of all (ascending)
+  std::vector<std::uint16_t> below;  ///< below[i]: how many have a turn below i / per_turn, from 0 to one step past a whole turn
+  float per_turn = 0.0f;             ///< steps a quarter turn
+  std::vector<float> weights;        ///< red of all, green of all, blue of all; empty where the points have none
   /// The samples again, by the cell that they lie in of a grid of cells_across^2 on -1..1: x of all, padding, y of all, padding.
   std::vector<float> cell_xy;
   unsigned cells_across = 0;
-  std::vector<std::uint16_t> cells;  ///< where each cell, row by row, begins there; one more; the numbers they have in `samples`
+  std::vector<std::uint16_t> cells;  ///< where each cell, row by row, begins there; one more; their numbers in `samples`; padding
   /// The samples once more, for each cell of a grid twice as fine those of it and of the next two columns and rows: x of 16, y of
   /// 16, beyond the light where there are fewer.
   std::vector<float> window_xy;
   std::vector<std::uint16_t> windows;  ///< 16 a window: their numbers in `samples`; the first is 65535 if there are more than 16
 };
 
-/// Sorts points by angle and builds the table that finds an angle's rank among them.
+/// Sorts points by angle, and into grids.
 SampleTable sample_table(const LightPoints& points);
 
 }  // namespace halfshade

@@ -233,7 +233,7 @@ struct LightCounters {
 
 /// A light's sample points on the device (SampleTable).
 struct LightSamples {
-  cl::Buffer samples, rank, weights, cell_xy, cells, window_xy, windows;
+  cl::Buffer samples, below, weights, cell_xy, cells, window_xy, windows;
   float per_turn = 0.0f;
   cl_uint cells_across = 0;
 };
@@ -525,7 +525,7 @@ struct Renderer::State {
     launch("count_samples", cl::NDRange(device->lanes == 1 ? std::size_t{tiles} * 64 : workers),
            cl::NDRange(device->lanes == 1 ? 64 : 1), view, receiver, disc, depth_or_position, normals, shadow_map.get(),
            disc_edges.get(), feature_bins.offsets.get(), feature_bins.refs.get(), feature_bins.capacity, samples.samples,
-           samples.rank, samples.weights, samples.cell_xy, samples.cells, samples.window_xy, samples.windows, tinting.buffer,
+           samples.below, samples.weights, samples.cell_xy, samples.cells, samples.window_xy, samples.windows, tinting.buffer,
            static_cast<cl_uint>(std::max(0, tinting.plane)), list.triangles.blocks, list.triangles.count * HS_BLOCK_SIZE,
            triangle_bins.rects.get(), triangle_bins.offsets.get(), triangle_bins.refs.get(), triangle_bins.capacity,
            resident.triangle_corners, vertices_vs.get(), vertices_px.get(), planes.get(), disc_sides.get(),
@@ -542,7 +542,7 @@ struct Renderer::State {
       found =
           light_samples
               .emplace(key,
-                       LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.rank, "samples"),
+                       LightSamples{buffer_of(*device, table.samples, "samples"), buffer_of(*device, table.below, "samples"),
                                     buffer_of(*device, table.weights, "samples"), buffer_of(*device, table.cell_xy, "samples"),
                                     buffer_of(*device, table.cells, "samples"), buffer_of(*device, table.window_xy, "samples"),
                                     buffer_of(*device, table.windows, "samples"), table.per_turn, table.cells_across})

@@ -20,7 +20,18 @@ typedef int16 vint;
 #define HS_TILE_STORAGE (HS_TILE * HS_ROW)
 #define v_iota ((vint)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #define v_load(p) vload16(0, p)
-#define v_store(v, p) vstore16(v, 0, p)
+// As vstore16, which PoCL 3.1 makes of four stores: four times as many, and what is loaded at once again has to wait for all.
+typedef float16 HsUnalignedFloats __attribute__((aligned(4)));
+typedef int16 HsUnalignedInts __attribute__((aligned(4)));
+#define HS_STORE(Vector, Scalar, Unaligned, space)                                  \
+  __attribute__((overloadable)) HS_INLINE void v_store(Vector v, space Scalar* p) { \
+    *(space Unaligned*)p = v;                                                       \
+  }
+HS_STORE(float16, float, HsUnalignedFloats, __private)
+HS_STORE(float16, float, HsUnalignedFloats, __global)
+HS_STORE(int16, int, HsUnalignedInts, __private)
+HS_STORE(int16, int, HsUnalignedInts, __global)
+#undef HS_STORE
 #define v_float convert_float16
 #define v_int convert_int16
 #define v_select(if_false, if_true, mask) select(if_false, if_true, mask)
@@ -137,7 +148,7 @@ HS_INLINE int first_lane(uint bits) {
 // Stores the lanes that `bits` has (as lane_bits), one behind the other; as many places as a vector has may be written.
 HS_INLINE void v_store_chosen(vfloat v, uint bits, float* p) {
 #if HS_LANES == 16 && defined(__AVX512F__)
-  vstore16(__builtin_ia32_compresssf512_mask(v, v, (ushort)bits), 0, p);
+  v_store(__builtin_ia32_compresssf512_mask(v, v, (ushort)bits), p);
 #else
   for (; bits != 0; bits &= bits - 1) *p++ = HS_FLOAT_LANE(v, first_lane(bits));
 #endif

@@ -109,7 +109,7 @@ typedef struct {
   float radius_px;       // in light map texels at unit distance
   float reach2;          // an edge that stays farther from the centre than its root hides no sample
   float near_q;          // HS_NEAR_PX in light map coordinates
-  float table_per_turn;  // entries of the rank table a quarter turn
+  float table_per_turn;  // steps of SampleTable's `below` a quarter turn
   hs_uint sample_count;  // 16, 64, 256 or 1024
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
   hs_uint ball;          // 1: each receiver sees the disc that faces it

@@ -10,7 +10,7 @@
 //
 // What keeps the sums whole in floating point: a face has one sign for one p, and a vertex one projection, whichever edge asks;
 // "c is left of AB" is one expression, in the edge's stored direction, in the walk as in the centre count; and which samples lie
-// between the directions of A and B is decided a vertex at a time, as their rank among the samples sorted by angle. The last is
+// between the directions of A and B is decided a vertex at a time, by angles, by which the samples are sorted. The last is
 // also what makes it fast: an edge is tested only against the samples in its own wedge, mostly none or one of hundreds. Of 256
 // samples, the wedges of the 57 edges that pass before the disc from an average pixel of a scanned figure (39,000 triangles) hold
 // 80 vectors of 16 in all, where testing every edge against every sample takes 57 x 16 = 912; bit-sliced counters would take
@@ -79,7 +79,8 @@ HS_INLINE vfloat turn_of(vfloat x, vfloat y) {
   return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
 }
 
-HS_INLINE vint gather_rank(__global const ushort* p, vint i) {
+// Numbers of a table.
+HS_INLINE vint gather_ushorts(__global const ushort* p, vint i) {
 #if HS_LANES == 16
   return (int16)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa], p[i.sb],
                  p[i.sc], p[i.sd], p[i.se], p[i.sf]);
@@ -90,26 +91,14 @@ HS_INLINE vint gather_rank(__global const ushort* p, vint i) {
 
 // The light's sample points: SampleTable in host/light_samples.hpp.
 typedef struct {
-  __global const float* samples;      // x of all, y of all, turns of all: sorted by angle
-  __global const ushort* rank_table;  // where the search for an angle's rank begins
-  __global const float* weights;      // red, green, blue of all, of a light with a texture
-  __global const float* cell_xy;      // x of all, padding, y of all, padding: sorted by cell
-  __global const ushort* cells;       // where each cell begins in them, one more, then the number that each has in `samples`
-  __global const float* window_xy;    // x of 16, y of 16, for each cell of a grid twice as fine: those of 3 columns and rows
-  __global const ushort* windows;     // their numbers in `samples`; the first is 65535 where there are more
+  __global const float* samples;    // x of all, y of all, turns of all: sorted by angle
+  __global const ushort* below;     // for turns in equal steps: how many samples' are below
+  __global const float* weights;    // red, green, blue of all, of a light with a texture
+  __global const float* cell_xy;    // x of all, padding, y of all, padding: sorted by cell
+  __global const ushort* cells;     // where each cell begins in them, one more, then their numbers in `samples`, padding
+  __global const float* window_xy;  // x of 16, y of 16, for each cell of a grid twice as fine: those of 3 columns and rows
+  __global const ushort* windows;   // their numbers in `samples`; the first is 65535 where there are more
 } SampleSet;
-
-// Samples before an angle in their order.
-HS_INLINE vint rank_of(const HsDisc disc, const SampleSet* set, vfloat turn) {
-  __global const float* sample_turns = set->samples + 2 * disc.sample_count;
-  vint rank = gather_rank(set->rank_table, v_int(turn * disc.table_per_turn));
-  for (;;) {
-    const vint behind = v_gather(sample_turns, rank) < turn;
-    if (!v_any(behind)) break;
-    rank += v_select((vint)(0), (vint)(1), behind);
-  }
-  return rank;
-}
 
 // What the walk over the edges finds out about one receiver.
 typedef struct {
@@ -205,13 +194,16 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
   return taken;
 }
 
+#define HS_REACHED (16 * HS_LANES)  // room for as many pairs of an edge and a vector of samples
+
 // Adds the crossings of those edges to the receiver's counts, one a sample.
-HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc disc, float2 rotation, const SampleSet* set,
-                               v_short* counts, Walk* walk) {
+HS_INLINE void count_crossings(const Passing* passing, int passing_count, const HsDisc disc, float2 rotation,
+                               const SampleSet* set, v_short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
   __global const float* sample_x = set->samples;
   __global const float* sample_y = set->samples + n;
-  for (int i = 0; i < count; i += HS_LANES) {
+  __global const float* sample_turns = set->samples + 2 * n;
+  for (int i = 0; i < passing_count; i += HS_LANES) {
     vfloat ax = v_load(passing->ax + i), ay = v_load(passing->ay + i), bx = v_load(passing->bx + i), by = v_load(passing->by + i);
     vfloat ex = bx - ax, ey = by - ay, c = v_load(passing->c + i);
     // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
@@ -241,13 +233,16 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
     turned += v_select((vfloat)(0.0f), (vfloat)(4.0f), turned < -2.0f) - v_select((vfloat)(0.0f), (vfloat)(4.0f), turned >= 2.0f);
     // Beyond a quarter turn the edge passes before the centre, and the side it passes on is the centre count's decision too.
     const vint centre_left = v_select(turned > 0.0f, v_load(passing->left + i) != 0, fabs(turned) > 1.0f);
-    const vint rank_a = rank_of(disc, set, turn_a), rank_b = rank_of(disc, set, turn_b);
-    const vint first = v_select(rank_b, rank_a, centre_left);
-    vint last = v_select(rank_a, rank_b, centre_left);
-    last += v_select((vint)(0), (vint)(n), last < first);
+    // The wedge's samples are those with turns from `begin` to `end`; where it goes past a whole turn, those from `begin` on and
+    // those up to `end`. In their order they are all between `first` and `last`, which are a whole turn more there.
+    const vfloat begin = v_select(turn_b, turn_a, centre_left), end = v_select(turn_a, turn_b, centre_left);
+    const vint whole_turn = end < begin;
+    const vint first = gather_ushorts(set->below, v_int(begin * disc.table_per_turn));
+    const vint last =
+        gather_ushorts(set->below, v_int(end * disc.table_per_turn) + 1) + v_select((vint)(0), (vint)(n), whole_turn);
     const vint m = v_load(passing->m + i);
-    uint bits = lane_bits((m != 0) & (first != last));
-    if (bits == 0) continue;
+    const vint hides = (m != 0) & (first < last);
+    if (!v_any(hides)) continue;
 
     // The edge is crossed by s in the wedge with c - s x e beyond it. The walk from right to left is that of the edge reversed.
     const vfloat direction = v_select((vfloat)(-1.0f), (vfloat)(1.0f), centre_left);
@@ -259,17 +254,27 @@ HS_INLINE void count_crossings(const Passing* passing, int count, const HsDisc d
       walk->touched = true;
       for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)(0);
     }
-    for (; bits != 0; bits &= bits - 1) {
-      const int lane = first_lane(bits);
-      const int begin = HS_LANE(first, lane), end = HS_LANE(last, lane);
-      const float lane_c = HS_FLOAT_LANE(c, lane), lane_ex = HS_FLOAT_LANE(ex, lane), lane_ey = HS_FLOAT_LANE(ey, lane);
-      const short lane_m = (short)HS_LANE(crossings, lane);
-      for (int k = begin & -HS_LANES; k < end; k += HS_LANES) {
-        const int at = k & (n - 1);
-        const vint ks = k + v_iota;
-        const vint crossed =
-            (ks >= begin) & (ks < end) & (v_load(sample_x + at) * lane_ey - v_load(sample_y + at) * lane_ex > lane_c);
-        counts[at / HS_LANES] += v_short_of(crossed) & lane_m;
+    // The vectors of samples that the wedges reach into, in one list: loops for each edge, seldom as long as the one before,
+    // would take twice as long.
+    vint at = first & -HS_LANES;
+    for (uint bits = lane_bits(hides); bits != 0;) {
+      int reached[HS_REACHED], count = 0;
+      float reached_begin[HS_REACHED], reached_end[HS_REACHED];
+      for (; bits != 0 && count <= HS_REACHED - HS_LANES; bits = lane_bits(hides & (at < last))) {
+        const vint again = at >= n;  // after a whole turn
+        v_store_chosen_ints((at & (n - 1)) * HS_LANES + v_iota, bits, reached + count);
+        v_store_chosen(v_select(begin, (vfloat)(-1.0f), again), bits, reached_begin + count);
+        v_store_chosen(v_select(end, (vfloat)(5.0f), whole_turn & v_not(again)), bits, reached_end + count);
+        count += (int)popcount(bits);
+        at += HS_LANES;
+      }
+      for (int r = 0; r < count; ++r) {
+        const int lane = reached[r] & (HS_LANES - 1), k = reached[r] / HS_LANES;
+        const vfloat turns = v_load(sample_turns + k);
+        const vint crossed = (turns >= reached_begin[r]) & (turns < reached_end[r]) &
+                             (v_load(sample_x + k) * HS_FLOAT_LANE(ey, lane) - v_load(sample_y + k) * HS_FLOAT_LANE(ex, lane) >
+                              HS_FLOAT_LANE(c, lane));
+        counts[k / HS_LANES] += v_short_of(crossed) & (short)HS_LANE(crossings, lane);
       }
     }
   }

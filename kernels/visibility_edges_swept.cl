@@ -17,7 +17,7 @@
 
 #if HS_LANES == 16
 #define HS_PAIRS 16384
-#define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES)
+#define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES + HS_LANES)
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
@@ -34,19 +34,19 @@ typedef struct {
   float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
   ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
   int count;
-  Bounds place, way;                                        // of each vector of receivers, and of the unit ways to them
-  ushort pair_edge[HS_PAIR_ROOM], pair_slot[HS_PAIR_ROOM];  // edges, ascending, and the samples that they may pass over
-  short pair_m[HS_PAIR_ROOM];                               // multiplicity as the sample has it
+  Bounds place, way;            // of each vector of receivers, and of the unit ways to them
+  int pair_edge[HS_PAIR_ROOM];  // edges, and the samples that they may pass over:
+  int pair_what[HS_PAIR_ROOM];  // a sample's number, and in the high half the edge's multiplicity as the sample has it
   int pair_count;
   float pairs_per_edge;            // where there were too many; else 0
   ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
   ushort sample_of[HS_MAX_SAMPLES];
   float sample_x[HS_MAX_SAMPLES], sample_y[HS_MAX_SAMPLES];  // unit disc
   int slot_count;
-  short jumps[HS_MAX_SAMPLES * HS_GROUP];  // J
-  short depth[HS_GROUP];                   // F for the light's centre
-  uint crossed[HS_GROUP * HS_CROSSED];     // faces that the way to each receiver goes through and whose plane cuts the disc,
-  int crossed_count[HS_GROUP];             //   twice the number + 1 if the centre is on p0's side
+  short16 jumps[HS_MAX_SAMPLES * HS_GROUP_VECTORS];  // J; vectors, for compilers split unaligned stores of them
+  short depth[HS_GROUP];                             // F for the light's centre
+  uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
+  int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
 } Sweep;
 
 // Triangles near some receivers, by their bounds in light space. (Longer than need be: see EdgePool.)
@@ -128,11 +128,10 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
 
 // An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
 HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat sx, vfloat sy) {
-  const int m = list->m[i], o0 = list->o0[i], o1 = list->o1[i];
-  if ((o0 | o1) == 0) return (vint)(m);
+  const int o0 = list->o0[i], o1 = list->o1[i];
   const vint front0 = sx * (list->n0x[i] * radius) + sy * (list->n0y[i] * radius) >= list->n0w[i],
              front1 = sx * (list->n1x[i] * radius) + sy * (list->n1y[i] * radius) >= list->n1w[i];
-  return m + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
+  return list->m[i] + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
 }
 
 // Where coordinates of the unit disc lie in a grid; limited while they are not integers yet, for which they may be too large.
@@ -144,19 +143,23 @@ HS_INLINE vint place_along(vfloat x, int cells) {
 HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
                          __global const ushort* samples, uint swept, Sweep* sweep) {
   const vint m = multiplicity_at(list, i, radius, sx, sy);
-  for (swept &= lane_bits(m != 0); swept != 0; swept &= swept - 1) {
-    const int lane = first_lane(swept), sample = samples[lane], pair = sweep->pair_count++;
-    int slot = sweep->slot_of[sample];
-    if (slot == 0) {
-      sweep->sample_of[sweep->slot_count] = (ushort)sample;
-      sweep->sample_x[sweep->slot_count] = HS_FLOAT_LANE(sx, lane);
-      sweep->sample_y[sweep->slot_count] = HS_FLOAT_LANE(sy, lane);
-      slot = ++sweep->slot_count;
-      sweep->slot_of[sample] = (ushort)slot;
-    }
-    sweep->pair_edge[pair] = (ushort)(i - first);
-    sweep->pair_slot[pair] = (ushort)(slot - 1);
-    sweep->pair_m[pair] = (short)HS_LANE(m, lane);
+  const uint bits = swept & lane_bits(m != 0);
+  v_store((vint)(i - first), sweep->pair_edge + sweep->pair_count);
+  v_store_chosen_ints(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what + sweep->pair_count);
+  sweep->pair_count += (int)popcount(bits);
+}
+
+// Gives each sample of a pair a slot.
+HS_INLINE void assign_slots(const SampleSet* set, int n, Sweep* sweep) {
+  for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
+  for (int i = 0; i < sweep->pair_count; ++i) sweep->slot_of[sweep->pair_what[i] & 0xffff] = 1;
+  sweep->slot_count = 0;
+  for (int i = 0; i < n; ++i) {
+    sweep->sample_of[sweep->slot_count] = (ushort)i;
+    sweep->sample_x[sweep->slot_count] = set->samples[i];
+    sweep->sample_y[sweep->slot_count] = set->samples[n + i];
+    sweep->slot_count += sweep->slot_of[i];
+    sweep->slot_of[i] = sweep->slot_of[i] ? (ushort)sweep->slot_count : 0;
   }
 }
 
@@ -172,9 +175,8 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   const float radius = disc.radius, slack = radius * 4e-6f, per_radius = 1.0f / radius;
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
-  sweep->pair_count = sweep->slot_count = 0;
+  sweep->pair_count = 0;
   sweep->pairs_per_edge = 0.0f;
-  for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
   for (int i = first; i < first + count; i += HS_LANES) {
     const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
     const vfloat bx = v_load(list->bx + i), by = v_load(list->by + i), bz = v_load(list->bz + i);
@@ -228,36 +230,50 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     const vfloat mx = 0.5f * (low_x + high_x), my = 0.5f * (low_y + high_y);
     const vfloat half_x = 0.5f * (high_x - low_x) + 1e-6f, half_y = 0.5f * (high_y - low_y) + 1e-6f;
     const vfloat unit_ex = ex * radius, unit_ey = ey * radius;
-    for (uint bits = reach_bits; bits != 0; bits &= bits - 1) {
+    // Whether samples lie outside of where an edge of this vector sweeps: more than 0.
+#define HS_OUTSIDE(lane, sx, sy)                                                                             \
+  max(max(fabs((sx)-HS_FLOAT_LANE(mx, lane)) - HS_FLOAT_LANE(half_x, lane),                                  \
+          fabs((sy)-HS_FLOAT_LANE(my, lane)) - HS_FLOAT_LANE(half_y, lane)),                                 \
+      fabs((sx)*HS_FLOAT_LANE(unit_ey, lane) - (sy)*HS_FLOAT_LANE(unit_ex, lane) - HS_FLOAT_LANE(c, lane)) - \
+          HS_FLOAT_LANE(half_band, lane))
+    int hit_lane[HS_LANES], hit_bits[HS_LANES], hits = 0;
+    uint wide_bits = reach_bits & lane_bits(window < 0);
+    for (uint bits = reach_bits & ~wide_bits; bits != 0; bits &= bits - 1) {
       const int lane = first_lane(bits), at = HS_LANE(window, lane);
-      const float lane_mx = HS_FLOAT_LANE(mx, lane), lane_hx = HS_FLOAT_LANE(half_x, lane), lane_my = HS_FLOAT_LANE(my, lane),
-                  lane_hy = HS_FLOAT_LANE(half_y, lane), lane_ex = HS_FLOAT_LANE(unit_ex, lane),
-                  lane_ey = HS_FLOAT_LANE(unit_ey, lane), lane_c = HS_FLOAT_LANE(c, lane),
-                  lane_band = HS_FLOAT_LANE(half_band, lane);
-#define HS_OUTSIDE(sx, sy) \
-  max(max(fabs((sx)-lane_mx) - lane_hx, fabs((sy)-lane_my) - lane_hy), fabs((sx)*lane_ey - (sy)*lane_ex - lane_c) - lane_band)
-      if (at >= 0 && set->windows[at * HS_WINDOW_SAMPLES] != HS_WINDOW_FULL) {
-        const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
-                     sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
-        const uint swept = lane_bits(HS_OUTSIDE(sx, sy) <= 0.0f);
-        if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_WINDOW_SAMPLES, swept, sweep);
-      } else {
-        for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
-          const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
-          for (int k = cell_first[y * grid + HS_LANE(x0, lane) / 2]; k < end; k += HS_LANES) {
-            const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
-            const uint swept = lane_bits((v_iota < end - k) & (HS_OUTSIDE(sx, sy) <= 0.0f));
-            if (swept != 0) add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep);
-          }
+      if (set->windows[at * HS_WINDOW_SAMPLES] == HS_WINDOW_FULL) {
+        wide_bits |= 1u << lane;
+        continue;
+      }
+      const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
+                   sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
+      hit_lane[hits] = lane;
+      hit_bits[hits] = (int)lane_bits(HS_OUTSIDE(lane, sx, sy) <= 0.0f);
+      hits += hit_bits[hits] != 0;
+    }
+    for (int hit = 0; hit < hits; ++hit) {
+      const int lane = hit_lane[hit], at = HS_LANE(window, lane);
+      const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
+                   sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
+      add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_WINDOW_SAMPLES, (uint)hit_bits[hit], sweep);
+    }
+    for (uint bits = wide_bits; bits != 0 && sweep->pair_count <= allowed; bits &= bits - 1) {
+      const int lane = first_lane(bits);
+      for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
+        const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
+        for (int k = cell_first[y * grid + HS_LANE(x0, lane) / 2]; k < end; k += HS_LANES) {
+          const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
+          const uint swept = lane_bits((v_iota < end - k) & (HS_OUTSIDE(lane, sx, sy) <= 0.0f));
+          add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep);
         }
       }
+    }
 #undef HS_OUTSIDE
-      if (sweep->pair_count > allowed) {
-        sweep->pairs_per_edge = (float)sweep->pair_count / (float)(i + HS_LANES - first);
-        return false;
-      }
+    if (sweep->pair_count > allowed) {
+      sweep->pairs_per_edge = (float)sweep->pair_count / (float)(i + HS_LANES - first);
+      return false;
     }
   }
+  assign_slots(set, n, sweep);
   return true;
 }
 
@@ -285,7 +301,8 @@ typedef struct {
   float nx[HS_LANES], ny[HS_LANES], nz[HS_LANES], from0[HS_LANES], unsure[HS_LANES];
   float m_ax[HS_LANES], m_ay[HS_LANES], m_az[HS_LANES], m_bx[HS_LANES], m_by[HS_LANES], m_bz[HS_LANES];
   int left0[HS_LANES], m[HS_LANES], slot[HS_LANES];
-  ushort between[HS_GROUP_VECTORS];  // of each vector of receivers: which of these pairs may be passed on the way to them
+  int between[(HS_GROUP_VECTORS + 1) * HS_LANES];  // pairs that may be passed on the way to a vector of receivers: vector, pair
+  int between_count;
 } Pairs;
 
 // Loads pairs from number `at` on, and finds which vectors of receivers may pass them: by their bounds some may see the sample on
@@ -294,7 +311,8 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z);
   for (int k = 0; k < HS_LANES; ++k) {
-    const int pair = min(at + k, sweep->pair_count - 1), i = first + sweep->pair_edge[pair], slot = sweep->pair_slot[pair];
+    const int pair = min(at + k, sweep->pair_count - 1), i = first + sweep->pair_edge[pair], what = sweep->pair_what[pair],
+              slot = sweep->slot_of[what & 0xffff] - 1;
     pairs->ax[k] = list->ax[i];
     pairs->ay[k] = list->ay[i];
     pairs->az[k] = list->az[i];
@@ -303,7 +321,7 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
     pairs->bz[k] = list->bz[i];
     pairs->sx[k] = sweep->sample_x[slot];
     pairs->sy[k] = sweep->sample_y[slot];
-    pairs->m[k] = sweep->pair_m[pair];
+    pairs->m[k] = what >> 16;
     pairs->slot[k] = slot;
   }
   const vfloat ax = v_load(pairs->ax), ay = v_load(pairs->ay), az = v_load(pairs->az);
@@ -341,6 +359,7 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
   const float slack = 1e-5f;
   const vint left0 = v_load(pairs->left0);
   const vint some = v_iota < sweep->pair_count - at;
+  pairs->between_count = 0;
   for (int v = 0; v * HS_LANES < sweep->count; ++v) {
     const Bounds *place = &sweep->place, *way = &sweep->way;
     const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
@@ -352,7 +371,9 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
     const vfloat b_side = m_bx * way->x[v] + m_by * way->y[v] + m_bz * way->z[v],
                  b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
     const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
-    pairs->between[v] = (ushort)lane_bits(some & v_not(same | unturned));
+    const uint bits = lane_bits(some & v_not(same | unturned));
+    v_store_chosen_ints(v * HS_LANES + v_iota, bits, pairs->between + pairs->between_count);
+    pairs->between_count += (int)popcount(bits);
   }
 }
 
@@ -360,41 +381,36 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
 bool sum_jumps(float radius, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  for (int i = 0; i < sweep->slot_count * HS_GROUP; i += HS_LANES) vstore16((short16)(0), 0, sweep->jumps + i);
+  for (int i = 0; i < sweep->slot_count * HS_GROUP_VECTORS; ++i) sweep->jumps[i] = (short16)(0);
   for (int at = 0; at < sweep->pair_count; at += HS_LANES) {
     load_pairs(radius, region, list, first, sweep, at, &pairs);
-    for (int v = 0; v * HS_LANES < sweep->count; ++v) {
-      if (pairs.between[v] == 0) continue;
+    vint meets = (vint)(0);
+    for (int i = 0; i < pairs.between_count; ++i) {
+      const int v = pairs.between[i] / HS_LANES, k = pairs.between[i] & (HS_LANES - 1);
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
       const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
-      vint meets = (vint)(0);
-      for (uint bits = pairs.between[v]; bits != 0; bits &= bits - 1) {
-        const int k = first_lane(bits);
-        const float az = pairs.az[k], bz = pairs.bz[k];
-        const vfloat from =
-            along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), px - pairs.ax[k], py - pairs.ay[k], pz - az);
-        vint left = from > 0.0f;
-        const vint doubtful = fabs(from) <= pairs.unsure[k];
-        if (v_any(doubtful))
-          left = v_select(left,
-                          left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
-                                         (float2)(pairs.sx[k], pairs.sy[k]), radius, px, py, pz, left),
-                          doubtful);
-        const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
-                     db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
-        const vint passes = (left ^ pairs.left0[k]) & ((da >= 0.0f) ^ (db >= 0.0f));
-        if (!v_any(passes)) continue;
-        // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
-        const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
-        const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
-        meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
-        const vint jump = v_select((vint)(0), v_select((vint)(-pairs.m[k]), (vint)(pairs.m[k]), left), passes & (edge_z < way_z));
-        short* jumps = sweep->jumps + pairs.slot[k] * HS_GROUP + v * HS_LANES;
-        vstore16(vload16(0, jumps) + v_short_of(jump), 0, jumps);
-      }
-      if (v_any(meets)) return false;
+      const float az = pairs.az[k], bz = pairs.bz[k];
+      const vfloat from =
+          along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), px - pairs.ax[k], py - pairs.ay[k], pz - az);
+      vint left = from > 0.0f;
+      const vint doubtful = fabs(from) <= pairs.unsure[k];
+      if (v_any(doubtful))
+        left = v_select(left,
+                        left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
+                                       (float2)(pairs.sx[k], pairs.sy[k]), radius, px, py, pz, left),
+                        doubtful);
+      const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
+                   db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
+      const vint passes = (left ^ pairs.left0[k]) & ((da >= 0.0f) ^ (db >= 0.0f));
+      // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
+      const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
+      const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
+      meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
+      const vint jump = v_select((vint)(0), v_select((vint)(-pairs.m[k]), (vint)(pairs.m[k]), left), passes & (edge_z < way_z));
+      sweep->jumps[pairs.slot[k] * HS_GROUP_VECTORS + v] += v_short_of(jump);
     }
+    if (v_any(meets)) return false;
   }
   return true;
 }
@@ -459,8 +475,8 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, fl
     const short16 depth = vload16(0, sweep->depth + first);
     short16 count = (short16)(0), below = (short16)(0);
     for (int slot = 0; slot < sweep->slot_count; ++slot) {
-      const short16 sum =
-          vload16(0, sweep->jumps + slot * HS_GROUP + first) + (short16)(((const short*)base)[sweep->sample_of[slot]]) + depth;
+      const short16 sum = sweep->jumps[slot * HS_GROUP_VECTORS + first / HS_LANES] +
+                          (short16)(((const short*)base)[sweep->sample_of[slot]]) + depth;
       count -= sum <= (short16)(0);
       below |= sum < (short16)(0);
     }
@@ -489,7 +505,7 @@ void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep
   const int n = (int)disc.sample_count;
   for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] + (v_short)(sweep->depth[i]);
   for (int slot = 0; slot < sweep->slot_count; ++slot)
-    ((short*)counts)[sweep->sample_of[slot]] += sweep->jumps[slot * HS_GROUP + i];
+    ((short*)counts)[sweep->sample_of[slot]] += ((const short*)sweep->jumps)[slot * HS_GROUP + i];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];

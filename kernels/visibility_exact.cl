@@ -3,10 +3,10 @@
 #if HS_LANES == 16
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
-#define HS_LITTLE_WORK 32768
+#define HS_LITTLE_WORK 16384
 #define HS_MOST_PAIRS 4     // of an edge and a sample that it passes over, to an edge of a group that shares
 #define HS_PAIRS_LEFT 0.6f  // of them, in half of a group
-#define HS_NARROW_AGAIN 4
+#define HS_NARROW_AGAIN 2
 #define HS_MOST_PARTS 64
 #else
 #define HS_LEAST_GROUP 1
@@ -284,12 +284,13 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
 // tints: float4 a pixel of a light with a texture: in xyz, relative to the whole light, how much of each channel is seen, where
 // w = 1; where w = 0 it is as much of each, the visibility. weights: as SampleTable has them.
-// samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats, then infinity.
+// samples: x, y of the unit disc's sample points, sorted by angle, and their turns: 3 sample_count floats. below: as SampleTable
+// has it.
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc,
                             __global const float* depth_or_position, __global const float4* normal,
                             __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
-                            __global const ushort* rank_table, __global const float* weights, __global const float* cell_xy,
+                            __global const ushort* below, __global const float* weights, __global const float* cell_xy,
                             __global const ushort* cells, __global const float* window_xy, __global const ushort* windows,
                             __global float4* tints, const uint tint_plane, __global const HsBlock* blocks, const uint slot_count,
                             __global const ushort4* rects, __global const uint* triangle_offsets,
@@ -303,7 +304,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
   const size_t pixels = (size_t)view.width_px * view.height_px;
   const Casters casters = {light,
                            disc,
-                           {samples, rank_table, weights, cell_xy, cells, window_xy, windows},
+                           {samples, below, weights, cell_xy, cells, window_xy, windows},
                            shadow_map,
                            {blocks, slot_count, rects, triangle_offsets, triangle_refs, triangle_capacity, triangles, vertices_ls,
                             vertices_px, planes, disc_sides}};

@@ -1,6 +1,7 @@
 // Points of lights: spread over their shape, and where they are bright.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "light_samples.hpp"
@@ -70,7 +71,7 @@ TEST(LightPoints, LieInTheirCells) {
   for (const unsigned n : {16u, 64u, 256u, 1024u}) {
     const SampleTable table = sample_table(light_points(rectangle({2, 1}, {1, 1}, {{1, 1, 1}}), n));
     const unsigned across = table.cells_across, cells = across * across;
-    ASSERT_EQ(table.cells.size(), cells + 1 + n);
+    ASSERT_EQ(table.cells.size(), cells + 1 + n + 16);
     EXPECT_EQ(table.cells[cells], n);
     std::vector<unsigned> met(n, 0);
     for (unsigned cell = 0; cell < cells; ++cell)
@@ -84,6 +85,18 @@ TEST(LightPoints, LieInTheirCells) {
         EXPECT_EQ(static_cast<unsigned>((y + 1) / 2 * static_cast<float>(across)), cell / across);
       }
     EXPECT_EQ(met, std::vector<unsigned>(n, 1));
+  }
+}
+
+TEST(LightPoints, AreCountedBelowEachStepOfATurn) {
+  for (const unsigned n : {16u, 64u, 256u, 1024u}) {
+    const SampleTable table = sample_table(light_points(Light{}, n));
+    ASSERT_EQ(table.below.size(), static_cast<std::size_t>(4 * table.per_turn) + 2);
+    const auto turns = table.samples.begin() + 2 * n;
+    EXPECT_TRUE(std::is_sorted(turns, turns + n));
+    for (std::size_t i = 0; i < table.below.size(); ++i)
+      EXPECT_EQ(table.below[i],
+                std::count_if(turns, turns + n, [&](float turn) { return turn < static_cast<float>(i) / table.per_turn; }));
   }
 }
 
