@@ -9,11 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <climits>
 #include <cmath>
-#include <csignal>
 #include <cstring>
 #include <functional>
+#include <mutex>
 #include <set>
 
 namespace halfshade {
@@ -23,9 +22,9 @@ constexpr std::string_view metadata_prefix = "halfshade:";
 
 // -------------------------------------------------------------------------------------------------------- whole files
 
-// Read by a signal handler: the name is written before the flag is set and the flag is cleared before the name changes.
-std::array<char, PATH_MAX> unfinished_path{};
-volatile std::sig_atomic_t unfinished_path_set = 0;
+// The temporary file that is being written, if any. Locked wherever one appears or goes.
+std::mutex unfinished_mutex;
+const std::filesystem::path* unfinished_path = nullptr;
 
 /// The image library's messages can span lines; ours do not.
 std::string one_line(std::string text) {
@@ -42,21 +41,21 @@ std::string reason(int error) {
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
+    const std::lock_guard lock(unfinished_mutex);
     for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
       path_ = target.parent_path() / fmt::format(".{}.{}.{}.part", target.filename().string(), getpid(), attempt);
-      if (path_.native().size() >= unfinished_path.size()) fail(ENAMETOOLONG);
-      std::strcpy(unfinished_path.data(), path_.c_str());
       descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ < 0 && errno != EEXIST) fail(errno);
     }
-    unfinished_path_set = 1;
+    unfinished_path = &path_;
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
     if (descriptor_ >= 0) close(descriptor_);
-    if (unfinished_path_set) unlink(path_.c_str());
-    unfinished_path_set = 0;
+    const std::lock_guard lock(unfinished_mutex);
+    if (unfinished_path) unlink(path_.c_str());
+    unfinished_path = nullptr;
   }
 
   void write_all(std::span<const unsigned char> bytes) {
@@ -74,8 +73,9 @@ class TemporaryFile {
     const int closed = close(descriptor_);
     descriptor_ = -1;
     if (closed != 0) fail(errno);
+    const std::lock_guard lock(unfinished_mutex);
     if (rename(path_.c_str(), target_.c_str()) != 0) fail(errno);
-    unfinished_path_set = 0;
+    unfinished_path = nullptr;
   }
 
  private:
@@ -170,8 +170,9 @@ void write_file_whole(const std::filesystem::path& path, std::span<const unsigne
   file.finish();
 }
 
-void remove_unfinished_file() noexcept {
-  if (unfinished_path_set) unlink(unfinished_path.data());
+void stop_writing() noexcept {
+  unfinished_mutex.lock();
+  if (unfinished_path) unlink(unfinished_path->c_str());
 }
 
 void write_frame_exr(const std::filesystem::path& path, const Frame& frame, std::span<const std::string> light_names, bool half,

@@ -55,7 +55,8 @@ std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::pa
 /// where writing fails.
 void write_file_whole(const std::filesystem::path& path, std::span<const unsigned char> bytes);
 
-/// Removes the temporary file that is being written at this moment, if any. Only calls what a signal handler may call.
-void remove_unfinished_file() noexcept;
+/// Removes the temporary file that is being written at this moment, if any, and lets nobody begin or finish another: whoever
+/// tries waits for the program's end. From any thread, but not from a signal handler.
+void stop_writing() noexcept;
 
 }  // namespace halfshade

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -379,25 +380,59 @@ TEST_F(Cli, AFullDiskIsNoticedAndLeavesNothing) {
   EXPECT_EQ(files_in("out"), std::vector<std::string>{});
 }
 
-TEST_F(Cli, AStoppedRenderLeavesWholeFramesOnly) {
-  const std::string long_one = scene([](nlohmann::json& json) { json["animation"] = {{"frames", {1, 100000}}}; });
-  const pid_t child = fork();
-  if (child == 0) {
-    if (chdir(folder_.c_str()) != 0) _exit(126);
-    execl(HALFSHADE_CLI, HALFSHADE_CLI, "render", long_one.c_str(), "-q", "-m", "hard", nullptr);
-    _exit(127);
+/// Renders frames without end until there are a few, sends a signal, and waits for the program's end.
+class StoppedRender : public Cli {
+ protected:
+  pid_t start() {
+    const std::string long_one = scene([](nlohmann::json& json) { json["animation"] = {{"frames", {1, 100000}}}; });
+    const pid_t child = fork();
+    if (child == 0) {
+      if (chdir(folder_.c_str()) != 0) _exit(126);
+      execl(HALFSHADE_CLI, HALFSHADE_CLI, "render", long_one.c_str(), "-q", "-m", "hard", nullptr);
+      _exit(127);
+    }
+    return child;
   }
-  for (int attempt = 0; attempt < 600 && files_in("out").size() < 3; ++attempt) usleep(50'000);
+
+  void wait_for_frames(std::size_t count) {
+    for (int attempt = 0; attempt < 600 && files_in("out").size() < count; ++attempt) usleep(50'000);
+  }
+
+  static int signal_that_ended(pid_t child) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  }
+};
+
+TEST_F(StoppedRender, LeavesWholeFramesOnly) {
+  for (int turn = 1; turn <= 4; ++turn) {
+    const pid_t child = start();
+    wait_for_frames(3);
+    usleep(1'000 * turn);
+    kill(child, SIGTERM);
+    EXPECT_EQ(signal_that_ended(child), SIGTERM);
+    const std::vector<std::string> files = files_in("out");
+    EXPECT_GE(files.size(), 3u);
+    for (const std::string& file : files) {
+      EXPECT_TRUE(file.ends_with(".exr")) << file;
+      EXPECT_NO_THROW(read_exr(folder_ / "out" / file)) << file;
+    }
+    std::filesystem::remove_all(folder_ / "out");
+  }
+}
+
+TEST_F(StoppedRender, GoesOnAfterSignalsItWasToldToIgnore) {
+  const auto before = std::signal(SIGHUP, SIG_IGN);  // as nohup does
+  const pid_t child = start();
+  std::signal(SIGHUP, before);
+  wait_for_frames(1);
+  kill(child, SIGHUP);
+  const std::size_t frames = files_in("out").size();
+  wait_for_frames(frames + 3);
+  EXPECT_GE(files_in("out").size(), frames + 3);
   kill(child, SIGTERM);
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
-  const std::vector<std::string> files = files_in("out");
-  EXPECT_GE(files.size(), 3u);
-  for (const std::string& file : files) {
-    EXPECT_TRUE(file.ends_with(".exr")) << file;
-    EXPECT_NO_THROW(read_exr(folder_ / "out" / file)) << file;
-  }
+  EXPECT_EQ(signal_that_ended(child), SIGTERM);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- compare

@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "cli/commands.hpp"
@@ -17,11 +18,23 @@ namespace {
 
 enum ExitCode { done = 0, work_failed = 1, bad_usage_or_input = 2 };
 
-/// A file half-written when the program is stopped would stay under its temporary name.
-void on_stop(int signal) {
-  halfshade::remove_unfinished_file();
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
+/// A file half-written when the program is stopped would stay under its temporary name. A thread of its own waits for the signals
+/// that stop it, but for those that whoever started it chose to ignore; all others leave them to it.
+void clean_up_when_stopped() {
+  sigset_t stops;
+  sigemptyset(&stops);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction chosen {};
+    if (sigaction(signal, nullptr, &chosen) == 0 && chosen.sa_handler != SIG_IGN) sigaddset(&stops, signal);
+  }
+  pthread_sigmask(SIG_BLOCK, &stops, nullptr);
+  std::thread([stops] {
+    int signal = 0;
+    if (sigwait(&stops, &signal) != 0) return;
+    halfshade::stop_writing();
+    pthread_sigmask(SIG_UNBLOCK, &stops, nullptr);
+    std::raise(signal);
+  }).detach();
 }
 
 void add_inspect(CLI::App& program) {
@@ -45,7 +58,7 @@ int fail(ExitCode code, std::string_view message) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
-  for (int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_stop);
+  clean_up_when_stopped();
   std::signal(SIGXFSZ, SIG_IGN);  // a file too large is an error of write(), with a message
 
   CLI::App program("Soft shadows from area lights, computed with OpenCL", "halfshade");
