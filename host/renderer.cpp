@@ -485,7 +485,8 @@ struct Renderer::State {
     planes.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face planes");
     disc_sides.at_least(*device, resident.triangle_count, "face sides");
     disc_edges.at_least(*device, most_edges * sizeof(HsEdge), "potential silhouettes");
-    tile_far.at_least(*device, tiles * sizeof(cl_float), "tile depths");
+    const std::size_t tile_far_bytes = (tiles + device->lanes) * sizeof(cl_float);  // rows are read whole vectors at a time
+    tile_far.at_least(*device, tile_far_bytes, "tile depths");
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");
     receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
@@ -496,7 +497,7 @@ struct Renderer::State {
     receiver_bins.size_for(*device, 1, tiles, 1);
 
     draw_shadow_map(list, "bound_triangles_wide");
-    zero(tile_far.get(), tiles * sizeof(cl_float));
+    zero(tile_far.get(), tile_far_bytes);
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(feature_bins.counts.get(), std::size_t{tiles} * copies * sizeof(cl_uint));
     zero(tile_queue.get(), sizeof(cl_int));

@@ -36,10 +36,11 @@ HS_INLINE ushort4 capsule_rect(const HsView view, const Capsule* c, float radius
 }
 
 // Which of the tiles from x on, up to `end`, of a row have a receiver that can have the edge before its disc, or within
-// HS_NEAR_PX of it in the map: as lane_bits. tile_far: depth of the farthest receiver of each tile, 0 for none.
+// HS_NEAR_PX of it in the map: as lane_bits. tile_far: depth of the farthest receiver of each tile, 0 for none;
+// a vector may be read from any of them on.
 HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius_px, uint x, uint end, uint y,
                                __global const float* tile_far) {
-  const vfloat far = load_lanes(tile_far, (size_t)y * view.tiles_x + x, (int)(view.tiles_x - x));
+  const vfloat far = v_load(tile_far + y * view.tiles_x + x);
   const vint have = (v_iota < (int)(end - x)) & (far > 0.0f);
   if (c->everywhere || !v_any(have)) return lane_bits(have);
   const vfloat d_far = 1.0f / far;
@@ -56,26 +57,46 @@ HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius
   return lane_bits(have & touches);
 }
 
-// Runs the body for each `tile` that has edge i.
-#define HS_FOR_EDGE_TILES(tile, i, body)                                                                                    \
-  {                                                                                                                         \
-    const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                                               \
-    const ushort4 rect = capsule_rect(view, &capsule, radius_px);                                                           \
-    for (uint y = rect.y; y < rect.w; ++y)                                                                                  \
-      for (uint x = rect.x; x < rect.z; x += HS_LANES)                                                                      \
-        for (uint bits = tiles_with_edge(view, &capsule, radius_px, x, rect.z, y, tile_far); bits != 0; bits &= bits - 1) { \
-          const uint tile = y * view.tiles_x + x + (uint)first_lane(bits);                                                  \
-          body                                                                                                              \
-        }                                                                                                                   \
+// Runs the body for each `tile` that has edge i. They are listed first: loops for each row would hardly ever be as long as the
+// one before.
+#define HS_LISTED_TILES (32 * HS_LANES)
+#define HS_FOR_EDGE_TILES(tile, i, body)                                                        \
+  {                                                                                             \
+    const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                   \
+    const ushort4 rect = capsule_rect(view, &capsule, radius_px);                               \
+    for (uint x = rect.x, y = rect.y; y < rect.w;) {                                            \
+      int listed[HS_LISTED_TILES], listed_count = 0;                                            \
+      while (y < rect.w && listed_count <= HS_LISTED_TILES - HS_LANES) {                        \
+        const uint bits = tiles_with_edge(view, &capsule, radius_px, x, rect.z, y, tile_far);   \
+        v_store_chosen_ints((int)(y * view.tiles_x + x) + v_iota, bits, listed + listed_count); \
+        listed_count += (int)popcount(bits);                                                    \
+        x += HS_LANES;                                                                          \
+        if (x >= rect.z) {                                                                      \
+          x = rect.x;                                                                           \
+          ++y;                                                                                  \
+        }                                                                                       \
+      }                                                                                         \
+      for (int k = 0; k < listed_count; ++k) {                                                  \
+        const int tile = listed[k];                                                             \
+        body                                                                                    \
+      }                                                                                         \
+    }                                                                                           \
   }
 
-// tile_counts: uint a tile, `copies` times, must be 0: on CPU devices one for each work-item, for cores that count in the same
-// lines of the cache wait for each other.
+// Adds one to a tile's count and returns what it was.
+#if HS_LANES == 16
+#define HS_COUNT_UP(count) ((*(count))++)  // which is the work-item's own
+#else
+#define HS_COUNT_UP atomic_inc
+#endif
+
+// tile_counts: uint a tile, `copies` times, must be 0: on CPU devices as many as work-items, one for each, for cores that count
+// in the same lines of the cache wait for each other.
 __kernel void count_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
                           __global const float* tile_far, __global uint* tile_counts, const uint copies) {
   __global uint* own_counts = tile_counts + get_global_id(0) % copies * (view.tiles_x * view.tiles_y);
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
-    HS_FOR_EDGE_TILES(tile, i, { atomic_inc(&own_counts[tile]); })
+    HS_FOR_EDGE_TILES(tile, i, { HS_COUNT_UP(&own_counts[tile]); })
 }
 
 __kernel void fill_edges(const HsView view, const float radius_px, __global const HsStatus* status, __global const HsEdge* edges,
@@ -84,7 +105,7 @@ __kernel void fill_edges(const HsView view, const float radius_px, __global cons
   __global uint* own_cursors = tile_cursors + get_global_id(0) % copies * (view.tiles_x * view.tiles_y);
   for (uint i = get_global_id(0); i < status->feature_count; i += get_global_size(0))
     HS_FOR_EDGE_TILES(tile, i, {
-      const uint slot = atomic_inc(&own_cursors[tile]);
+      const uint slot = HS_COUNT_UP(&own_cursors[tile]);
       if (slot < capacity) refs[slot] = i;
     })
 }

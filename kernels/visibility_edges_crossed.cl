@@ -194,16 +194,40 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
   return taken;
 }
 
-#define HS_REACHED (16 * HS_LANES)  // room for as many pairs of an edge and a vector of samples
+#define HS_WEDGES (8 * HS_LANES)
+#define HS_REACHED (32 * HS_LANES)  // vectors of samples
+
+// Edges, and the vectors of samples that their wedges reach into: one list, for loops for each edge, seldom as long as the one
+// before, would take twice as long; and of many edges, for what one of them waits for is hidden by others.
+typedef struct {
+  float ex[HS_WEDGES], ey[HS_WEDGES], c[HS_WEDGES];
+  int crossings[HS_WEDGES];                  // what an edge adds to the samples in the wedge that are beyond it
+  int reached[HS_REACHED];                   // an edge, and HS_WEDGES times the first sample of a vector
+  float begin[HS_REACHED], end[HS_REACHED];  // which turns of the vector's samples are in the wedge
+  int count;
+} Wedges;
+
+// Adds the crossings of all that is listed to the counts, and empties the list.
+HS_INLINE void cross_wedges(const SampleSet* set, int n, Wedges* wedges, v_short* counts) {
+  for (int i = 0; i < wedges->count; ++i) {
+    const int edge = wedges->reached[i] & (HS_WEDGES - 1), k = wedges->reached[i] / HS_WEDGES;
+    const vfloat x = v_load(set->samples + k), y = v_load(set->samples + n + k), turns = v_load(set->samples + 2 * n + k);
+    const vint crossed =
+        (turns >= wedges->begin[i]) & (turns < wedges->end[i]) & (x * wedges->ey[edge] - y * wedges->ex[edge] > wedges->c[edge]);
+    counts[k / HS_LANES] += v_short_of(crossed) & (short)wedges->crossings[edge];
+  }
+  wedges->count = 0;
+}
 
 // Adds the crossings of those edges to the receiver's counts, one a sample.
 HS_INLINE void count_crossings(const Passing* passing, int passing_count, const HsDisc disc, float2 rotation,
                                const SampleSet* set, v_short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
-  __global const float* sample_x = set->samples;
-  __global const float* sample_y = set->samples + n;
-  __global const float* sample_turns = set->samples + 2 * n;
+  Wedges wedges;
+  wedges.count = 0;
   for (int i = 0; i < passing_count; i += HS_LANES) {
+    const int to = i & (HS_WEDGES - 1);
+    if (to == 0) cross_wedges(set, n, &wedges, counts);
     vfloat ax = v_load(passing->ax + i), ay = v_load(passing->ay + i), bx = v_load(passing->bx + i), by = v_load(passing->by + i);
     vfloat ex = bx - ax, ey = by - ay, c = v_load(passing->c + i);
     // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
@@ -246,38 +270,26 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
 
     // The edge is crossed by s in the wedge with c - s x e beyond it. The walk from right to left is that of the edge reversed.
     const vfloat direction = v_select((vfloat)(-1.0f), (vfloat)(1.0f), centre_left);
-    c *= direction;
-    ex *= direction * disc.radius;
-    ey *= direction * disc.radius;
-    const vint crossings = v_select(m, -m, centre_left);
+    v_store(c * direction, wedges.c + to);
+    v_store(ex * (direction * disc.radius), wedges.ex + to);
+    v_store(ey * (direction * disc.radius), wedges.ey + to);
+    v_store(v_select(m, -m, centre_left), wedges.crossings + to);
     if (!walk->touched) {
       walk->touched = true;
       for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)(0);
     }
-    // The vectors of samples that the wedges reach into, in one list: loops for each edge, seldom as long as the one before,
-    // would take twice as long.
     vint at = first & -HS_LANES;
-    for (uint bits = lane_bits(hides); bits != 0;) {
-      int reached[HS_REACHED], count = 0;
-      float reached_begin[HS_REACHED], reached_end[HS_REACHED];
-      for (; bits != 0 && count <= HS_REACHED - HS_LANES; bits = lane_bits(hides & (at < last))) {
-        const vint again = at >= n;  // after a whole turn
-        v_store_chosen_ints((at & (n - 1)) * HS_LANES + v_iota, bits, reached + count);
-        v_store_chosen(v_select(begin, (vfloat)(-1.0f), again), bits, reached_begin + count);
-        v_store_chosen(v_select(end, (vfloat)(5.0f), whole_turn & v_not(again)), bits, reached_end + count);
-        count += (int)popcount(bits);
-        at += HS_LANES;
-      }
-      for (int r = 0; r < count; ++r) {
-        const int lane = reached[r] & (HS_LANES - 1), k = reached[r] / HS_LANES;
-        const vfloat turns = v_load(sample_turns + k);
-        const vint crossed = (turns >= reached_begin[r]) & (turns < reached_end[r]) &
-                             (v_load(sample_x + k) * HS_FLOAT_LANE(ey, lane) - v_load(sample_y + k) * HS_FLOAT_LANE(ex, lane) >
-                              HS_FLOAT_LANE(c, lane));
-        counts[k / HS_LANES] += v_short_of(crossed) & (short)HS_LANE(crossings, lane);
-      }
+    for (uint bits = lane_bits(hides); bits != 0; bits = lane_bits(hides & (at < last))) {
+      if (wedges.count > HS_REACHED - HS_LANES) cross_wedges(set, n, &wedges, counts);
+      const vint again = at >= n;  // after a whole turn
+      v_store_chosen_ints((at & (n - 1)) * HS_WEDGES + to + v_iota, bits, wedges.reached + wedges.count);
+      v_store_chosen(v_select(begin, (vfloat)(-1.0f), again), bits, wedges.begin + wedges.count);
+      v_store_chosen(v_select(end, (vfloat)(5.0f), whole_turn & v_not(again)), bits, wedges.end + wedges.count);
+      wedges.count += (int)popcount(bits);
+      at += HS_LANES;
     }
   }
+  cross_wedges(set, n, &wedges, counts);
 }
 
 // Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.

@@ -17,7 +17,9 @@
 
 #if HS_LANES == 16
 #define HS_PAIRS 16384
-#define HS_PAIR_ROOM (HS_PAIRS + HS_MAX_SAMPLES + HS_LANES)
+#define HS_BANDS 128  // edges at once
+#define HS_LOADED 64  // pairs at once
+#define HS_PAIR_ROOM (HS_PAIRS + HS_BANDS * HS_WINDOW_SAMPLES + HS_MAX_SAMPLES + HS_LANES)
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
@@ -163,6 +165,93 @@ HS_INLINE void assign_slots(const SampleSet* set, int n, Sweep* sweep) {
   }
 }
 
+// Where edges of a list sweep before the light as receivers of a region move: within a box, and within a band along a line.
+typedef struct {
+  float mx[HS_BANDS], my[HS_BANDS], half_x[HS_BANDS], half_y[HS_BANDS];  // the box, in units of the light's radius
+  float ex[HS_BANDS], ey[HS_BANDS], c[HS_BANDS], reach[HS_BANDS];        // points s with |s x e - c| <= reach
+  int x0[HS_BANDS], y0[HS_BANDS], x1[HS_BANDS], y1[HS_BANDS];            // the box in the finer grid of the samples
+  int window[HS_BANDS];                                                  // of the samples
+  int small[HS_BANDS + HS_LANES], small_count;                           // which of them may pass over samples of one window
+  int wide[HS_BANDS + HS_LANES], wide_count;                             // and of more
+} Bands;
+
+// Finds them for a vector of edges, from number i of the list on, to place `to`.
+HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const EdgePool* list, int i, int to, Bands* bands) {
+  const float slack = radius * 4e-6f, per_radius = 1.0f / radius;
+  const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
+  const float beyond = low_p.z * HS_BEYOND;
+  const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
+  const vfloat bx = v_load(list->bx + i), by = v_load(list->by + i), bz = v_load(list->bz + i);
+  // An end that some receiver lies before is cut off, somewhere along the edge.
+  const vint a_cut = az >= beyond, b_cut = bz >= beyond, cut = a_cut | b_cut;
+  vfloat low_ta = az / (high_p.z - az), low_tb = bz / (high_p.z - bz), high_ta = az / (low_p.z - az),
+         high_tb = bz / (low_p.z - bz);
+  vfloat low_ax = ax, high_ax = ax, low_ay = ay, high_ay = ay, low_bx = bx, high_bx = bx, low_by = by, high_by = by;
+  if (v_any(cut)) {
+    const vfloat least = v_select(v_select(fmin(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
+    const vfloat low_t = v_select(least, (vfloat)(0.0f), a_cut & b_cut);
+    low_ax = v_select(ax, fmin(ax, bx), a_cut);
+    high_ax = v_select(ax, fmax(ax, bx), a_cut);
+    low_ay = v_select(ay, fmin(ay, by), a_cut);
+    high_ay = v_select(ay, fmax(ay, by), a_cut);
+    low_bx = v_select(bx, fmin(ax, bx), b_cut);
+    high_bx = v_select(bx, fmax(ax, bx), b_cut);
+    low_by = v_select(by, fmin(ay, by), b_cut);
+    high_by = v_select(by, fmax(ay, by), b_cut);
+    low_ta = v_select(low_ta, low_t, a_cut);
+    low_tb = v_select(low_tb, low_t, b_cut);
+    high_ta = v_select(high_ta, (vfloat)(2e6f), a_cut);  // HS_BEYOND / (1 - HS_BEYOND), and more
+    high_tb = v_select(high_tb, (vfloat)(2e6f), b_cut);
+  }
+  vfloat alx, ahx, aly, ahy, blx, bhx, bly, bhy;
+  projected_bounds(low_ax, high_ax, low_p.x, high_p.x, low_ta, high_ta, slack, &alx, &ahx);
+  projected_bounds(low_ay, high_ay, low_p.y, high_p.y, low_ta, high_ta, slack, &aly, &ahy);
+  projected_bounds(low_bx, high_bx, low_p.x, high_p.x, low_tb, high_tb, slack, &blx, &bhx);
+  projected_bounds(low_by, high_by, low_p.y, high_p.y, low_tb, high_tb, slack, &bly, &bhy);
+  const vfloat lx = fmin(alx, blx), hx = fmax(ahx, bhx), ly = fmin(aly, bly), hy = fmax(ahy, bhy);
+  // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
+  const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
+  const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
+  const vfloat half_band =
+      0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
+      4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
+  const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
+  const vint reaches =
+      is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
+
+  // In units of the radius, and cut to where samples may be: sizes are small then, and little is lost by rounding.
+  const vfloat low_x = fmax(lx * per_radius, -2.0f), high_x = fmin(hx * per_radius, 2.0f);
+  const vfloat low_y = fmax(ly * per_radius, -2.0f), high_y = fmin(hy * per_radius, 2.0f);
+  const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
+             y1 = place_along(high_y, fine);
+  v_store(0.5f * (low_x + high_x), bands->mx + to);
+  v_store(0.5f * (low_y + high_y), bands->my + to);
+  v_store(0.5f * (high_x - low_x) + 1e-6f, bands->half_x + to);
+  v_store(0.5f * (high_y - low_y) + 1e-6f, bands->half_y + to);
+  v_store(ex * radius, bands->ex + to);
+  v_store(ey * radius, bands->ey + to);
+  v_store(c, bands->c + to);
+  v_store(half_band, bands->reach + to);
+  v_store(x0, bands->x0 + to);
+  v_store(y0, bands->y0 + to);
+  v_store(x1, bands->x1 + to);
+  v_store(y1, bands->y1 + to);
+  v_store(y0 * fine + x0, bands->window + to);
+  const uint reach_bits = lane_bits(reaches),
+             small_bits = reach_bits & lane_bits((x1 - x0 < HS_WINDOW_CELLS) & (y1 - y0 < HS_WINDOW_CELLS)),
+             wide_bits = reach_bits & ~small_bits;
+  v_store_chosen_ints(to + v_iota, small_bits, bands->small + bands->small_count);
+  v_store_chosen_ints(to + v_iota, wide_bits, bands->wide + bands->wide_count);
+  bands->small_count += (int)popcount(small_bits);
+  bands->wide_count += (int)popcount(wide_bits);
+}
+
+// Which samples an edge may pass over.
+HS_INLINE vint swept_by(const Bands* bands, int k, vfloat sx, vfloat sy) {
+  const vfloat outside = fmax(fabs(sx - bands->mx[k]) - bands->half_x[k], fabs(sy - bands->my[k]) - bands->half_y[k]);
+  return fmax(outside, fabs(sx * bands->ey[k] - sy * bands->ex[k] - bands->c[k]) - bands->reach[k]) <= 0.0f;
+}
+
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are, or seem to
 // become, many more than `most`.
 bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, int count,
@@ -172,104 +261,49 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   __global const float* cell_y = set->cell_xy + n + HS_LANES;
   __global const ushort* cell_first = set->cells;
   __global const ushort* cell_sample = set->cells + grid * grid + 1;
-  const float radius = disc.radius, slack = radius * 4e-6f, per_radius = 1.0f / radius;
-  const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
-  const float beyond = low_p.z * HS_BEYOND;
+  Bands bands;
   sweep->pair_count = 0;
   sweep->pairs_per_edge = 0.0f;
-  for (int i = first; i < first + count; i += HS_LANES) {
-    const vfloat ax = v_load(list->ax + i), ay = v_load(list->ay + i), az = v_load(list->az + i);
-    const vfloat bx = v_load(list->bx + i), by = v_load(list->by + i), bz = v_load(list->bz + i);
-    // An end that some receiver lies before is cut off, somewhere along the edge.
-    const vint a_cut = az >= beyond, b_cut = bz >= beyond, cut = a_cut | b_cut;
-    vfloat low_ta = az / (high_p.z - az), low_tb = bz / (high_p.z - bz), high_ta = az / (low_p.z - az),
-           high_tb = bz / (low_p.z - bz);
-    vfloat low_ax = ax, high_ax = ax, low_ay = ay, high_ay = ay, low_bx = bx, high_bx = bx, low_by = by, high_by = by;
-    if (v_any(cut)) {
-      const vfloat least = v_select(v_select(fmin(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
-      const vfloat low_t = v_select(least, (vfloat)(0.0f), a_cut & b_cut);
-      low_ax = v_select(ax, fmin(ax, bx), a_cut);
-      high_ax = v_select(ax, fmax(ax, bx), a_cut);
-      low_ay = v_select(ay, fmin(ay, by), a_cut);
-      high_ay = v_select(ay, fmax(ay, by), a_cut);
-      low_bx = v_select(bx, fmin(ax, bx), b_cut);
-      high_bx = v_select(bx, fmax(ax, bx), b_cut);
-      low_by = v_select(by, fmin(ay, by), b_cut);
-      high_by = v_select(by, fmax(ay, by), b_cut);
-      low_ta = v_select(low_ta, low_t, a_cut);
-      low_tb = v_select(low_tb, low_t, b_cut);
-      high_ta = v_select(high_ta, (vfloat)(2e6f), a_cut);  // HS_BEYOND / (1 - HS_BEYOND), and more
-      high_tb = v_select(high_tb, (vfloat)(2e6f), b_cut);
-    }
-    vfloat alx, ahx, aly, ahy, blx, bhx, bly, bhy;
-    projected_bounds(low_ax, high_ax, low_p.x, high_p.x, low_ta, high_ta, slack, &alx, &ahx);
-    projected_bounds(low_ay, high_ay, low_p.y, high_p.y, low_ta, high_ta, slack, &aly, &ahy);
-    projected_bounds(low_bx, high_bx, low_p.x, high_p.x, low_tb, high_tb, slack, &blx, &bhx);
-    projected_bounds(low_by, high_by, low_p.y, high_p.y, low_tb, high_tb, slack, &bly, &bhy);
-    const vfloat lx = fmin(alx, blx), hx = fmax(ahx, bhx), ly = fmin(aly, bly), hy = fmax(ahy, bhy);
-    // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
-    const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
-    const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
-    const vfloat half_band =
-        0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
-        4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
-    const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
-    const vint reaches =
-        is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
-    const uint reach_bits = lane_bits(reaches);
-    if (reach_bits == 0) continue;
+  // Step by step for many edges: what a step of one edge waits for is hidden by those of others. Few at first, for there may soon
+  // be too many samples.
+  for (int from = first, end; from < first + count; from = end) {
+    end = min(from + min(HS_LANES + (from - first), HS_BANDS), first + count);
+    bands.small_count = bands.wide_count = 0;
+    for (int i = from; i < end; i += HS_LANES) bound_sweeps(disc.radius, fine, region, list, i, i - from, &bands);
 
-    // So many are not yet too many, if the rest of the list is like its beginning.
-    const int allowed = min(256 + most / 4 + (int)((float)most * (float)(i - first) / (float)count), HS_PAIRS);
-    // In units of the radius, and cut to where samples may be: sizes are small then, and little is lost by rounding.
-    const vfloat low_x = fmax(lx * per_radius, -2.0f), high_x = fmin(hx * per_radius, 2.0f);
-    const vfloat low_y = fmax(ly * per_radius, -2.0f), high_y = fmin(hy * per_radius, 2.0f);
-    const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
-               y1 = place_along(high_y, fine);
-    const vint window = v_select((vint)(-1), y0 * fine + x0, (x1 - x0 < HS_WINDOW_CELLS) & (y1 - y0 < HS_WINDOW_CELLS));
-    const vfloat mx = 0.5f * (low_x + high_x), my = 0.5f * (low_y + high_y);
-    const vfloat half_x = 0.5f * (high_x - low_x) + 1e-6f, half_y = 0.5f * (high_y - low_y) + 1e-6f;
-    const vfloat unit_ex = ex * radius, unit_ey = ey * radius;
-    // Whether samples lie outside of where an edge of this vector sweeps: more than 0.
-#define HS_OUTSIDE(lane, sx, sy)                                                                             \
-  max(max(fabs((sx)-HS_FLOAT_LANE(mx, lane)) - HS_FLOAT_LANE(half_x, lane),                                  \
-          fabs((sy)-HS_FLOAT_LANE(my, lane)) - HS_FLOAT_LANE(half_y, lane)),                                 \
-      fabs((sx)*HS_FLOAT_LANE(unit_ey, lane) - (sy)*HS_FLOAT_LANE(unit_ex, lane) - HS_FLOAT_LANE(c, lane)) - \
-          HS_FLOAT_LANE(half_band, lane))
-    int hit_lane[HS_LANES], hit_bits[HS_LANES], hits = 0;
-    uint wide_bits = reach_bits & lane_bits(window < 0);
-    for (uint bits = reach_bits & ~wide_bits; bits != 0; bits &= bits - 1) {
-      const int lane = first_lane(bits), at = HS_LANE(window, lane);
-      if (set->windows[at * HS_WINDOW_SAMPLES] == HS_WINDOW_FULL) {
-        wide_bits |= 1u << lane;
+    int swept[HS_BANDS], swept_bits[HS_BANDS], swept_count = 0;
+    for (int i = 0; i < bands.small_count; ++i) {
+      const int k = bands.small[i], window = bands.window[k];
+      if (set->windows[window * HS_WINDOW_SAMPLES] == HS_WINDOW_FULL) {
+        bands.wide[bands.wide_count++] = k;
         continue;
       }
-      const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
-                   sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
-      hit_lane[hits] = lane;
-      hit_bits[hits] = (int)lane_bits(HS_OUTSIDE(lane, sx, sy) <= 0.0f);
-      hits += hit_bits[hits] != 0;
+      __global const float* xy = set->window_xy + window * (2 * HS_WINDOW_SAMPLES);
+      swept[swept_count] = k;
+      swept_bits[swept_count] = (int)lane_bits(swept_by(&bands, k, v_load(xy), v_load(xy + HS_WINDOW_SAMPLES)));
+      swept_count += swept_bits[swept_count] != 0;
     }
-    for (int hit = 0; hit < hits; ++hit) {
-      const int lane = hit_lane[hit], at = HS_LANE(window, lane);
-      const vfloat sx = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES)),
-                   sy = v_load(set->window_xy + at * (2 * HS_WINDOW_SAMPLES) + HS_WINDOW_SAMPLES);
-      add_pairs(list, first, i + lane, radius, sx, sy, set->windows + at * HS_WINDOW_SAMPLES, (uint)hit_bits[hit], sweep);
+    for (int i = 0; i < swept_count; ++i) {
+      const int k = swept[i], window = bands.window[k];
+      __global const float* xy = set->window_xy + window * (2 * HS_WINDOW_SAMPLES);
+      add_pairs(list, first, from + k, disc.radius, v_load(xy), v_load(xy + HS_WINDOW_SAMPLES),
+                set->windows + window * HS_WINDOW_SAMPLES, (uint)swept_bits[i], sweep);
     }
-    for (uint bits = wide_bits; bits != 0 && sweep->pair_count <= allowed; bits &= bits - 1) {
-      const int lane = first_lane(bits);
-      for (int y = HS_LANE(y0, lane) / 2; y <= HS_LANE(y1, lane) / 2; ++y) {
-        const int end = cell_first[y * grid + HS_LANE(x1, lane) / 2 + 1];
-        for (int k = cell_first[y * grid + HS_LANE(x0, lane) / 2]; k < end; k += HS_LANES) {
-          const vfloat sx = v_load(cell_x + k), sy = v_load(cell_y + k);
-          const uint swept = lane_bits((v_iota < end - k) & (HS_OUTSIDE(lane, sx, sy) <= 0.0f));
-          add_pairs(list, first, i + lane, radius, sx, sy, cell_sample + k, swept, sweep);
+    // So many are not yet too many, if the rest of the list is like its beginning.
+    const int allowed = min(256 + most / 4 + (int)((float)most * (float)(from - first) / (float)count), HS_PAIRS);
+    for (int i = 0; i < bands.wide_count && sweep->pair_count <= allowed; ++i) {
+      const int k = bands.wide[i];
+      for (int y = bands.y0[k] / 2; y <= bands.y1[k] / 2; ++y) {
+        const int row_end = cell_first[y * grid + bands.x1[k] / 2 + 1];
+        for (int cell = cell_first[y * grid + bands.x0[k] / 2]; cell < row_end; cell += HS_LANES) {
+          const vfloat sx = v_load(cell_x + cell), sy = v_load(cell_y + cell);
+          const vint inside = (v_iota < row_end - cell) & swept_by(&bands, k, sx, sy);
+          add_pairs(list, first, from + k, disc.radius, sx, sy, cell_sample + cell, lane_bits(inside), sweep);
         }
       }
     }
-#undef HS_OUTSIDE
     if (sweep->pair_count > allowed) {
-      sweep->pairs_per_edge = (float)sweep->pair_count / (float)(i + HS_LANES - first);
+      sweep->pairs_per_edge = (float)sweep->pair_count / (float)(end - first);
       return false;
     }
   }
@@ -294,23 +328,26 @@ HS_INLINE vfloat sum_of_sizes(vfloat x, vfloat y, vfloat z) {
   return fabs(x) + fabs(y) + fabs(z);
 }
 
-// What sum_jumps needs of a vector of pairs of edge a -> b and sample s: n is the normal of the plane through them, m_a and m_b
-// of those through s, p0 and an end; from0: p0 from the first plane.
+// What sum_jumps needs of some pairs of edge a -> b and sample s: n is the normal of the plane through them, m_a and m_b of those
+// through s, p0 and an end; from0: p0 from the first plane.
 typedef struct {
-  float ax[HS_LANES], ay[HS_LANES], az[HS_LANES], bx[HS_LANES], by[HS_LANES], bz[HS_LANES], sx[HS_LANES], sy[HS_LANES];
-  float nx[HS_LANES], ny[HS_LANES], nz[HS_LANES], from0[HS_LANES], unsure[HS_LANES];
-  float m_ax[HS_LANES], m_ay[HS_LANES], m_az[HS_LANES], m_bx[HS_LANES], m_by[HS_LANES], m_bz[HS_LANES];
-  int left0[HS_LANES], m[HS_LANES], slot[HS_LANES];
-  int between[(HS_GROUP_VECTORS + 1) * HS_LANES];  // pairs that may be passed on the way to a vector of receivers: vector, pair
-  int between_count;
+  float ax[HS_LOADED], ay[HS_LOADED], az[HS_LOADED], bx[HS_LOADED], by[HS_LOADED], bz[HS_LOADED];
+  float sx[HS_LOADED], sy[HS_LOADED];  // unit disc
+  float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
+  float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
+  int left0[HS_LOADED], m[HS_LOADED], slot[HS_LOADED];
+  int between[(HS_GROUP_VECTORS + 1) * HS_LOADED];  // those that may be passed on the way to a vector of receivers, and
+  int between_count;                                // HS_LOADED times its number
 } Pairs;
 
-// Loads pairs from number `at` on, and finds which vectors of receivers may pass them: by their bounds some may see the sample on
-// another side of the edge than p0 does, with ways for which its ends are on different sides of the plane through sample and way.
+// Loads pairs from number `at` on, as many as there is room for, and finds which vectors of receivers may pass them: by their
+// bounds some may see the sample on another side of the edge than p0 does, with ways for which its ends are on different sides of
+// the plane through sample and way.
 void load_pairs(float radius, const Region* region, const EdgePool* list, int first, const Sweep* sweep, int at, Pairs* pairs) {
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z);
-  for (int k = 0; k < HS_LANES; ++k) {
+  const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z), slack = 1e-5f;
+  const int count = min(HS_LOADED, sweep->pair_count - at);
+  for (int k = 0; k < (count + HS_LANES - 1) / HS_LANES * HS_LANES; ++k) {
     const int pair = min(at + k, sweep->pair_count - 1), i = first + sweep->pair_edge[pair], what = sweep->pair_what[pair],
               slot = sweep->slot_of[what & 0xffff] - 1;
     pairs->ax[k] = list->ax[i];
@@ -324,56 +361,57 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
     pairs->m[k] = what >> 16;
     pairs->slot[k] = slot;
   }
-  const vfloat ax = v_load(pairs->ax), ay = v_load(pairs->ay), az = v_load(pairs->az);
-  const vfloat bx = v_load(pairs->bx), by = v_load(pairs->by), bz = v_load(pairs->bz);
-  const vfloat sx = v_load(pairs->sx) * radius, sy = v_load(pairs->sy) * radius;
-  const vfloat ex = bx - ax, ey = by - ay, ez = bz - az;                // edge
-  const vfloat ux = ax - sx, uy = ay - sy, wx = bx - sx, wy = by - sy;  // ends from the sample; uz is az, wz bz
-  const vfloat fx = p0.x - ax, fy = p0.y - ay, fz = p0.z - az, gx = p0.x - bx, gy = p0.y - by, gz = p0.z - bz;
-  const vfloat nx = uy * ez - az * ey, ny = az * ex - ux * ez, nz = ux * ey - uy * ex;
-  const vfloat from0 = nx * fx + ny * fy + nz * fz;
-  // Nearer than this the walk's rounding may find the sample on the other side.
-  const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
-  v_store(from0 > 0.0f, pairs->left0);
-  for (uint bits = lane_bits(fabs(from0) <= unsure); bits != 0; bits &= bits - 1) {
-    const int k = first_lane(bits);
-    const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
-                                     (float3)(pairs->bx[k], pairs->by[k], pairs->bz[k]), (float2)(pairs->sx[k], pairs->sy[k]),
-                                     radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), (vint)(pairs->left0[k]));
-    pairs->left0[k] = HS_LANE(left, 0);
-  }
-  const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
-  const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
-  v_store(nx, pairs->nx);
-  v_store(ny, pairs->ny);
-  v_store(nz, pairs->nz);
-  v_store(from0, pairs->from0);
-  v_store(unsure, pairs->unsure);
-  v_store(m_ax, pairs->m_ax);
-  v_store(m_ay, pairs->m_ay);
-  v_store(m_az, pairs->m_az);
-  v_store(m_bx, pairs->m_bx);
-  v_store(m_by, pairs->m_by);
-  v_store(m_bz, pairs->m_bz);
-
-  const float slack = 1e-5f;
-  const vint left0 = v_load(pairs->left0);
-  const vint some = v_iota < sweep->pair_count - at;
   pairs->between_count = 0;
-  for (int v = 0; v * HS_LANES < sweep->count; ++v) {
-    const Bounds *place = &sweep->place, *way = &sweep->way;
-    const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
-    const vfloat from_reach = fabs(nx) * place->half_x[v] + fabs(ny) * place->half_y[v] + fabs(nz) * place->half_z[v] + unsure;
-    const vint unturned = v_select(-from, from, left0) > from_reach;
-    const float hx = way->half_x[v] + slack, hy = way->half_y[v] + slack, hz = way->half_z[v] + slack;
-    const vfloat a_side = m_ax * way->x[v] + m_ay * way->y[v] + m_az * way->z[v],
-                 a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
-    const vfloat b_side = m_bx * way->x[v] + m_by * way->y[v] + m_bz * way->z[v],
-                 b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
-    const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
-    const uint bits = lane_bits(some & v_not(same | unturned));
-    v_store_chosen_ints(v * HS_LANES + v_iota, bits, pairs->between + pairs->between_count);
-    pairs->between_count += (int)popcount(bits);
+  for (int to = 0; to < count; to += HS_LANES) {
+    const vfloat ax = v_load(pairs->ax + to), ay = v_load(pairs->ay + to), az = v_load(pairs->az + to);
+    const vfloat bx = v_load(pairs->bx + to), by = v_load(pairs->by + to), bz = v_load(pairs->bz + to);
+    const vfloat sx = v_load(pairs->sx + to) * radius, sy = v_load(pairs->sy + to) * radius;
+    const vfloat ex = bx - ax, ey = by - ay, ez = bz - az;                // edge
+    const vfloat ux = ax - sx, uy = ay - sy, wx = bx - sx, wy = by - sy;  // ends from the sample; uz is az, wz bz
+    const vfloat fx = p0.x - ax, fy = p0.y - ay, fz = p0.z - az, gx = p0.x - bx, gy = p0.y - by, gz = p0.z - bz;
+    const vfloat nx = uy * ez - az * ey, ny = az * ex - ux * ez, nz = ux * ey - uy * ex;
+    const vfloat from0 = nx * fx + ny * fy + nz * fz;
+    // Nearer than this the walk's rounding may find the sample on the other side.
+    const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
+    v_store(from0 > 0.0f, pairs->left0 + to);
+    for (uint bits = lane_bits(fabs(from0) <= unsure); bits != 0; bits &= bits - 1) {
+      const int k = to + first_lane(bits);
+      const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
+                                       (float3)(pairs->bx[k], pairs->by[k], pairs->bz[k]), (float2)(pairs->sx[k], pairs->sy[k]),
+                                       radius, (vfloat)(p0.x), (vfloat)(p0.y), (vfloat)(p0.z), (vint)(pairs->left0[k]));
+      pairs->left0[k] = HS_LANE(left, 0);
+    }
+    const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
+    const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
+    v_store(nx, pairs->nx + to);
+    v_store(ny, pairs->ny + to);
+    v_store(nz, pairs->nz + to);
+    v_store(from0, pairs->from0 + to);
+    v_store(unsure, pairs->unsure + to);
+    v_store(m_ax, pairs->m_ax + to);
+    v_store(m_ay, pairs->m_ay + to);
+    v_store(m_az, pairs->m_az + to);
+    v_store(m_bx, pairs->m_bx + to);
+    v_store(m_by, pairs->m_by + to);
+    v_store(m_bz, pairs->m_bz + to);
+
+    const vint left0 = v_load(pairs->left0 + to);
+    const vint some = v_iota < count - to;
+    for (int v = 0; v * HS_LANES < sweep->count; ++v) {
+      const Bounds *place = &sweep->place, *way = &sweep->way;
+      const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
+      const vfloat from_reach = fabs(nx) * place->half_x[v] + fabs(ny) * place->half_y[v] + fabs(nz) * place->half_z[v] + unsure;
+      const vint unturned = v_select(-from, from, left0) > from_reach;
+      const float hx = way->half_x[v] + slack, hy = way->half_y[v] + slack, hz = way->half_z[v] + slack;
+      const vfloat a_side = m_ax * way->x[v] + m_ay * way->y[v] + m_az * way->z[v],
+                   a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
+      const vfloat b_side = m_bx * way->x[v] + m_by * way->y[v] + m_bz * way->z[v],
+                   b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
+      const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
+      const uint bits = lane_bits(some & v_not(same | unturned));
+      v_store_chosen_ints(v * HS_LOADED + to + v_iota, bits, pairs->between + pairs->between_count);
+      pairs->between_count += (int)popcount(bits);
+    }
   }
 }
 
@@ -382,11 +420,11 @@ bool sum_jumps(float radius, const Region* region, const EdgePool* list, int fir
   Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < sweep->slot_count * HS_GROUP_VECTORS; ++i) sweep->jumps[i] = (short16)(0);
-  for (int at = 0; at < sweep->pair_count; at += HS_LANES) {
+  for (int at = 0; at < sweep->pair_count; at += HS_LOADED) {
     load_pairs(radius, region, list, first, sweep, at, &pairs);
     vint meets = (vint)(0);
     for (int i = 0; i < pairs.between_count; ++i) {
-      const int v = pairs.between[i] / HS_LANES, k = pairs.between[i] & (HS_LANES - 1);
+      const int v = pairs.between[i] / HS_LOADED, k = pairs.between[i] & (HS_LOADED - 1);
       const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
                    pz = v_load(sweep->z + v * HS_LANES);
       const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
