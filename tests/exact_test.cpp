@@ -317,6 +317,32 @@ TEST(Exact, NeighboursAreToldWhatTheyWouldHaveFoundThemselves) {
   }
 }
 
+/// The device with kernels that do not know of some instructions of its processor.
+KernelRunner without(const std::vector<std::string>& instructions) {
+  const TempFolder folder;
+  for (const EmbeddedKernel& kernel : embedded_kernels()) {
+    std::string text(kernel.text);
+    if (kernel.file == "common.h")
+      for (const std::string& macro : instructions) text = "#undef " + macro + "\n" + text;
+    folder.write(kernel.file, text);
+  }
+  KernelRunner runner("wide");
+  setenv("HALFSHADE_KERNELS", (folder / "").c_str(), 1);
+  setenv("HALFSHADE_KERNEL_SHAPE", "wide", 1);
+  runner.device = std::dynamic_pointer_cast<DeviceImpl>(Device::open(""));
+  unsetenv("HALFSHADE_KERNEL_SHAPE");
+  unsetenv("HALFSHADE_KERNELS");
+  return runner;
+}
+
+TEST(Exact, OtherInstructionsTellTheSame) {
+  std::mt19937 random(17);
+  const Scene scene = balls_and_boxes(random, 0.3);
+  const std::vector<float> expected = draw(KernelRunner("wide"), scene, exact(256)).frame.visibility[0];
+  EXPECT_EQ(draw(without({"__AVX512DQ__", "__AVX512F__"}), scene, exact(256)).frame.visibility[0], expected);
+  EXPECT_EQ(draw(without({"__AVX512DQ__", "__AVX512F__", "__AVX2__"}), scene, exact(256)).frame.visibility[0], expected);
+}
+
 TEST(Exact, NeighboursAreToldTheColourToo) {
   // Of the spot's samples there are more in one place than a window has room for.
   LightTexture halves{"halves", {2, 1}, {{2, 0, 0}, {0, 0, 6}}}, spot{"spot", {4, 4}, std::vector<glm::vec3>(16, {1, 0, 0})};
