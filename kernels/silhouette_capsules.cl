@@ -59,7 +59,11 @@ HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius
 
 // Runs the body for each `tile` that has edge i. They are listed first: loops for each row would hardly ever be as long as the
 // one before.
-#define HS_LISTED_TILES (32 * HS_LANES)
+#if HS_LANES == 16
+#define HS_LISTED_TILES 512
+#else
+#define HS_LISTED_TILES 1
+#endif
 #define HS_FOR_EDGE_TILES(tile, i, body)                                                        \
   {                                                                                             \
     const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                   \

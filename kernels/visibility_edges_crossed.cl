@@ -194,8 +194,14 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
   return taken;
 }
 
-#define HS_WEDGES (8 * HS_LANES)
-#define HS_REACHED (32 * HS_LANES)  // vectors of samples
+// Room for edges, and for vectors of samples. For one of each registers do.
+#if HS_LANES == 16
+#define HS_WEDGES 128
+#define HS_REACHED 512
+#else
+#define HS_WEDGES 1
+#define HS_REACHED 1
+#endif
 
 // Edges, and the vectors of samples that their wedges reach into: one list, for loops for each edge, seldom as long as the one
 // before, would take twice as long; and of many edges, for what one of them waits for is hidden by others.
