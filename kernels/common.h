@@ -155,6 +155,12 @@ HS_INLINE void v_store_chosen(vfloat v, uint bits, float* p) {
 }
 #define v_store_chosen_ints(v, bits, p) v_store_chosen(v_as_float(v), bits, (float*)(p))
 
+// Appends those lanes to a list, which has room for a vector more.
+HS_INLINE void append_chosen(vint v, uint bits, int* list, int* count) {
+  v_store_chosen_ints(v, bits, list + *count);
+  *count += (int)popcount(bits);
+}
+
 // Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
 // Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.
 #if HS_LANES == 16

@@ -64,27 +64,26 @@ HS_INLINE uint tiles_with_edge(const HsView view, const Capsule* c, float radius
 #else
 #define HS_LISTED_TILES 1
 #endif
-#define HS_FOR_EDGE_TILES(tile, i, body)                                                        \
-  {                                                                                             \
-    const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                   \
-    const ushort4 rect = capsule_rect(view, &capsule, radius_px);                               \
-    for (uint x = rect.x, y = rect.y; y < rect.w;) {                                            \
-      int listed[HS_LISTED_TILES], listed_count = 0;                                            \
-      while (y < rect.w && listed_count <= HS_LISTED_TILES - HS_LANES) {                        \
-        const uint bits = tiles_with_edge(view, &capsule, radius_px, x, rect.z, y, tile_far);   \
-        v_store_chosen_ints((int)(y * view.tiles_x + x) + v_iota, bits, listed + listed_count); \
-        listed_count += (int)popcount(bits);                                                    \
-        x += HS_LANES;                                                                          \
-        if (x >= rect.z) {                                                                      \
-          x = rect.x;                                                                           \
-          ++y;                                                                                  \
-        }                                                                                       \
-      }                                                                                         \
-      for (int k = 0; k < listed_count; ++k) {                                                  \
-        const int tile = listed[k];                                                             \
-        body                                                                                    \
-      }                                                                                         \
-    }                                                                                           \
+#define HS_FOR_EDGE_TILES(tile, i, body)                                                      \
+  {                                                                                           \
+    const Capsule capsule = capsule_of(view, edges[i].a.xyz, edges[i].b.xyz);                 \
+    const ushort4 rect = capsule_rect(view, &capsule, radius_px);                             \
+    for (uint x = rect.x, y = rect.y; y < rect.w;) {                                          \
+      int listed[HS_LISTED_TILES], listed_count = 0;                                          \
+      while (y < rect.w && listed_count <= HS_LISTED_TILES - HS_LANES) {                      \
+        const uint bits = tiles_with_edge(view, &capsule, radius_px, x, rect.z, y, tile_far); \
+        append_chosen((int)(y * view.tiles_x + x) + v_iota, bits, listed, &listed_count);     \
+        x += HS_LANES;                                                                        \
+        if (x >= rect.z) {                                                                    \
+          x = rect.x;                                                                         \
+          ++y;                                                                                \
+        }                                                                                     \
+      }                                                                                       \
+      for (int k = 0; k < listed_count; ++k) {                                                \
+        const int tile = listed[k];                                                           \
+        body                                                                                  \
+      }                                                                                       \
+    }                                                                                         \
   }
 
 // Adds one to a tile's count and returns what it was.

@@ -147,8 +147,7 @@ HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, v
   const vint m = multiplicity_at(list, i, radius, sx, sy);
   const uint bits = swept & lane_bits(m != 0);
   v_store((vint)(i - first), sweep->pair_edge + sweep->pair_count);
-  v_store_chosen_ints(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what + sweep->pair_count);
-  sweep->pair_count += (int)popcount(bits);
+  append_chosen(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what, &sweep->pair_count);
 }
 
 // Gives each sample of a pair a slot.
@@ -238,12 +237,9 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
   v_store(y1, bands->y1 + to);
   v_store(y0 * fine + x0, bands->window + to);
   const uint reach_bits = lane_bits(reaches),
-             small_bits = reach_bits & lane_bits((x1 - x0 < HS_WINDOW_CELLS) & (y1 - y0 < HS_WINDOW_CELLS)),
-             wide_bits = reach_bits & ~small_bits;
-  v_store_chosen_ints(to + v_iota, small_bits, bands->small + bands->small_count);
-  v_store_chosen_ints(to + v_iota, wide_bits, bands->wide + bands->wide_count);
-  bands->small_count += (int)popcount(small_bits);
-  bands->wide_count += (int)popcount(wide_bits);
+             small_bits = reach_bits & lane_bits((x1 - x0 < HS_WINDOW_CELLS) & (y1 - y0 < HS_WINDOW_CELLS));
+  append_chosen(to + v_iota, small_bits, bands->small, &bands->small_count);
+  append_chosen(to + v_iota, reach_bits & ~small_bits, bands->wide, &bands->wide_count);
 }
 
 // Which samples an edge may pass over.
@@ -409,8 +405,7 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
                    b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
       const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
       const uint bits = lane_bits(some & v_not(same | unturned));
-      v_store_chosen_ints(v * HS_LOADED + to + v_iota, bits, pairs->between + pairs->between_count);
-      pairs->between_count += (int)popcount(bits);
+      append_chosen(v * HS_LOADED + to + v_iota, bits, pairs->between, &pairs->between_count);
     }
   }
 }

@@ -327,11 +327,11 @@ KernelRunner without(const std::vector<std::string>& instructions) {
     folder.write(kernel.file, text);
   }
   KernelRunner runner("wide");
+  const char* variable = std::getenv("HALFSHADE_KERNELS");
+  const std::string before = variable ? variable : "";  // an empty one is as good as none
   setenv("HALFSHADE_KERNELS", (folder / "").c_str(), 1);
-  setenv("HALFSHADE_KERNEL_SHAPE", "wide", 1);
-  runner.device = std::dynamic_pointer_cast<DeviceImpl>(Device::open(""));
-  unsetenv("HALFSHADE_KERNEL_SHAPE");
-  unsetenv("HALFSHADE_KERNELS");
+  runner.device = std::dynamic_pointer_cast<DeviceImpl>(open_device("wide"));
+  setenv("HALFSHADE_KERNELS", before.c_str(), 1);
   return runner;
 }
 

@@ -26,24 +26,25 @@ class Watchdog {
   Watchdog& operator=(const Watchdog&) = delete;
 };
 
-/// The device with its kernels in the shape of CPU devices ("wide"), of GPUs ("narrow"), or its own (""). Opened once a process.
+/// Opens the device with its kernels in the shape of CPU devices ("wide") or of GPUs ("narrow").
+inline std::shared_ptr<Device> open_device(const char* shape) {
+  setenv("HALFSHADE_KERNEL_SHAPE", shape, 1);
+  std::shared_ptr<Device> device = Device::open("");
+  unsetenv("HALFSHADE_KERNEL_SHAPE");
+  return device;
+}
+
+/// The device with its kernels in one of those shapes or its own (""). Opened once a process.
 inline const std::shared_ptr<Device>& test_device(const std::string& shape = "") {
-  const auto open = [](const char* kernel_shape) {
-    if (*kernel_shape == '\0') return Device::open("");
-    setenv("HALFSHADE_KERNEL_SHAPE", kernel_shape, 1);
-    std::shared_ptr<Device> device = Device::open("");
-    unsetenv("HALFSHADE_KERNEL_SHAPE");
-    return device;
-  };
   if (shape == "wide") {
-    static const std::shared_ptr<Device> wide = open("wide");
+    static const std::shared_ptr<Device> wide = open_device("wide");
     return wide;
   }
   if (shape == "narrow") {
-    static const std::shared_ptr<Device> narrow = open("narrow");
+    static const std::shared_ptr<Device> narrow = open_device("narrow");
     return narrow;
   }
-  static const std::shared_ptr<Device> own = open("");
+  static const std::shared_ptr<Device> own = Device::open("");
   return own;
 }
 
