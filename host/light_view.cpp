@@ -21,7 +21,6 @@ static_assert(sizeof(HsLayers) == 16);
 static_assert(sizeof(HsStatus) == 16);
 static_assert(sizeof(HsReceiverView) == 176 && offsetof(HsReceiverView, width_px) == 144);
 static_assert(sizeof(HsShadeLight) == 96);
-static_assert(sizeof(HsEdge) == 64);
 static_assert(sizeof(HsDisc) == 40);
 
 namespace {

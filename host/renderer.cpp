@@ -62,7 +62,7 @@ struct Resident {
   std::vector<std::shared_ptr<const Mesh>> meshes;  ///< what was uploaded, to see whether it still holds
   std::vector<Range> vertices, triangles, edges;    ///< of each mesh
   std::uint32_t vertex_count = 0, triangle_count = 0, edge_count = 0;
-  std::uint32_t edge_record_count = 0;  ///< the most HsEdge records: one an edge, and one more for every two faces beyond two
+  std::uint32_t edge_record_count = 0;  ///< the most potential silhouettes: one an edge, and one more for every two faces beyond two
   std::vector<Bounds> bounds;
   std::vector<int> orientations;   ///< of each mesh: solid_orientation
   cl::Buffer positions;            // float[3 * vertex_count]
@@ -484,7 +484,8 @@ struct Renderer::State {
     const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
     planes.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face planes");
     disc_sides.at_least(*device, resident.triangle_count, "face sides");
-    disc_edges.at_least(*device, most_edges * sizeof(HsEdge), "potential silhouettes");
+    // 16 numbers each, in whole blocks.
+    disc_edges.at_least(*device, (most_edges + device->lanes) * 16 * sizeof(cl_float), "potential silhouettes");
     const std::size_t tile_far_bytes = (tiles + device->lanes) * sizeof(cl_float);  // rows are read whole vectors at a time
     tile_far.at_least(*device, tile_far_bytes, "tile depths");
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");

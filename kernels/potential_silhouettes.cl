@@ -22,14 +22,38 @@ __kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global cons
   }
 }
 
-// One record; a.w and b.w carry its integers.
-HS_INLINE HsEdge edge_of(float3 a, float3 b, int m, int o0, float4 plane0, int o1, float4 plane1) {
-  HsEdge edge;
-  edge.a = (float4)(a, as_float(m));
-  edge.b = (float4)(b, as_float((o0 + 1) | (o1 + 1) << 2));
-  edge.plane0 = plane0;
-  edge.plane1 = plane1;
-  return edge;
+// Potential silhouettes, a field an array: from a to b in light space, z >= 0. Seen from p the multiplicity of one is
+// m + sum of o_i side_i(p), side_i = +1 where n_i . p >= n_i.w, else -1. Those that were collected together lie near each other
+// on their mesh: a block of them is binned as one.
+typedef struct {
+  float ax[HS_LANES], ay[HS_LANES], az[HS_LANES];
+  int m[HS_LANES];
+  float bx[HS_LANES], by[HS_LANES], bz[HS_LANES];
+  int orientations[HS_LANES];  // (o_0 + 1) | (o_1 + 1) << 2, each o 1, -1 or 0 for none
+  float n0x[HS_LANES], n0y[HS_LANES], n0z[HS_LANES], n0w[HS_LANES];
+  float n1x[HS_LANES], n1y[HS_LANES], n1z[HS_LANES], n1w[HS_LANES];
+} EdgeBlock;
+
+HS_INLINE void store_edge(__global EdgeBlock* blocks, uint i, float3 a, float3 b, int m, int o0, float4 plane0, int o1,
+                          float4 plane1) {
+  __global EdgeBlock* block = blocks + i / HS_LANES;
+  const uint lane = i % HS_LANES;
+  block->ax[lane] = a.x;
+  block->ay[lane] = a.y;
+  block->az[lane] = a.z;
+  block->m[lane] = m;
+  block->bx[lane] = b.x;
+  block->by[lane] = b.y;
+  block->bz[lane] = b.z;
+  block->orientations[lane] = (o0 + 1) | (o1 + 1) << 2;
+  block->n0x[lane] = plane0.x;
+  block->n0y[lane] = plane0.y;
+  block->n0z[lane] = plane0.z;
+  block->n0w[lane] = plane0.w;
+  block->n1x[lane] = plane1.x;
+  block->n1y[lane] = plane1.y;
+  block->n1z[lane] = plane1.z;
+  block->n1w[lane] = plane1.w;
 }
 
 // The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
@@ -49,7 +73,7 @@ HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
 __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends,
                             __global const uint* edge_face_offsets, __global const uint* edge_faces,
                             __global const uchar* disc_sides, __global const float4* planes, __global const float4* vertices_ls,
-                            __global HsEdge* edges, __global HsStatus* status) {
+                            __global EdgeBlock* edges, __global HsStatus* status) {
   __local uint group_edges, group_records, group_first;
   if (get_local_id(0) == 0) group_edges = group_records = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -95,19 +119,19 @@ __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2
         pending = o;
         pending_plane = planes[face >> 1];
       } else {
-        edges[first++] = edge_of(a, b, m, pending, pending_plane, o, planes[face >> 1]);
+        store_edge(edges, first++, a, b, m, pending, pending_plane, o, planes[face >> 1]);
         m = 0;
         pending = 0;
       }
     }
-    if (m != 0 || pending != 0) edges[first] = edge_of(a, b, m, pending, pending_plane, 0, (float4)(0.0f));
+    if (m != 0 || pending != 0) store_edge(edges, first, a, b, m, pending, pending_plane, 0, (float4)(0.0f));
   }
 }
 
 // Where a face passes through the light's own plane, what lies before it ends at a cut: an edge of its own.
 __kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* triangles, __global const uchar* disc_sides,
                            __global const float4* planes, __global const float4* vertices_ls, const float radius,
-                           __global HsEdge* edges, __global HsStatus* status) {
+                           __global EdgeBlock* edges, __global HsStatus* status) {
   const HsBlock block = blocks[get_group_id(0)];
   if (get_local_id(0) < block.count) {
     const uint triangle = block.first + get_local_id(0);
@@ -134,11 +158,11 @@ __kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* 
       const float2 nearest = leaving.xy + along * t;
       const uint side = disc_sides[triangle];
       if (dot(nearest, nearest) <= radius * radius * 1.01f)
-        edges[atomic_inc(&status->feature_count)] = edge_of(leaving, entering,
-                                                            side == 2 ? 0
-                                                            : side    ? 1
-                                                                      : -1,
-                                                            side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f));
+        store_edge(edges, atomic_inc(&status->feature_count), leaving, entering,
+                   side == 2 ? 0
+                   : side    ? 1
+                             : -1,
+                   side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f));
     }
   }
 }

@@ -94,14 +94,6 @@ typedef struct {
   hs_uint tiles_x, tiles_y;
 } HsFinShape;
 
-// A potential silhouette of visibility_exact.cl: from a to b in light space, z >= 0. Seen from p its multiplicity is
-// m + sum of o_i side_i(p), side_i = +1 where plane_i.xyz . p >= plane_i.w, else -1.
-typedef struct {
-  hs_float4 a;  // w: bits of the integer m
-  hs_float4 b;  // w: bits of (o_0 + 1) | (o_1 + 1) << 2, each o 1, -1 or 0 for none
-  hs_float4 plane0, plane1;
-} HsEdge;
-
 // The light's disc as visibility_exact.cl counts it.
 #define HS_MAX_SAMPLES 1024
 typedef struct {

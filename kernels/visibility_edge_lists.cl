@@ -158,23 +158,10 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
     vint keep = (m | o0 | o1) != 0;
     if (!v_any(keep)) continue;
 
-    // As tiles_with_edge, for many edges and one region.
-    const vfloat az = v_load(pool->az + i), bz = v_load(pool->bz + i);
-    const vint everywhere = fmin(az, bz) < light.znear * 0.5f;
-    const vfloat da = 1.0f / az, db = 1.0f / bz;
-    const vfloat ax = v_load(pool->ax + i) * da * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat ay = v_load(pool->ay + i) * da * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
-    const vfloat bx = v_load(pool->bx + i) * db * light.px_from_q.x + (light.px_from_q.y - region->middle_px.x);
-    const vfloat by = v_load(pool->by + i) * db * light.px_from_q.z + (light.px_from_q.w - region->middle_px.y);
-    const float slack = HS_NEAR_PX + 0.25f;
-    const vfloat ra = radius_px * fmax(da - region->d_far, 0.0f) + slack, rb = radius_px * fmax(db - region->d_far, 0.0f) + slack;
-    const vfloat ex = bx - ax, ey = by - ay;
-    const vfloat across = ax * ey - ay * ex, reach = fmax(ra, rb);
-    const vfloat limit = reach * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * region->half_px.y + fabs(ey) * region->half_px.x;
-    const vint touches = (fmin(az, bz) < region->far_z) & (fmin(ax - ra, bx - rb) <= region->half_px.x) &
-                         (fmax(ax + ra, bx + rb) >= -region->half_px.x) & (fmin(ay - ra, by - rb) <= region->half_px.y) &
-                         (fmax(ay + ra, by + rb) >= -region->half_px.y) & (fabs(across) <= limit);
-    keep &= touches | everywhere;
+    MapEdges in_map;
+    project_to_map(light, v_load(pool->ax + i), v_load(pool->ay + i), v_load(pool->az + i), v_load(pool->bx + i),
+                   v_load(pool->by + i), v_load(pool->bz + i), &in_map);
+    keep &= reach_receivers(&in_map, radius_px, region->middle_px, region->half_px, region->d_far);
     const uint bits = lane_bits(keep);
     v_store_chosen(v_load(pool->ax + i), bits, pool->ax + to);
     v_store_chosen(v_load(pool->ay + i), bits, pool->ay + to);
@@ -199,67 +186,47 @@ HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* reg
   return to - to_first;
 }
 
-// Edges of a tile.
+// Edges of a tile, in blocks.
 typedef struct {
-  __global const HsEdge* edges;
-  __global const uint* refs;  // 0: all edges
+  __global const EdgeBlock* edges;
+  uint edge_count;
+  __global const uint* refs;  // 0: all blocks
   uint first, end;
 } TileEdges;
 
-// Puts a vector of a tile's edges, from its first + `from` on, where the pool has room for as many; past the tile's end, none.
-HS_INLINE void load_edges(const TileEdges* tile_edges, uint from, EdgePool* pool, int to) {
-  vfloat field[16];
-#if HS_LANES == 16
-  for (uint i = 0; i < 16; ++i) {
-    const uint at = min(from + i, tile_edges->end - 1);
-    field[i] = vload16(0, (__global const float*)(tile_edges->edges + (tile_edges->refs ? tile_edges->refs[at] : at)));
-  }
-  // Transposed: each turn takes the lowest bit of where a number is in its vector to the top of which vector it is in.
-#pragma unroll
-  for (int turn = 0; turn < 4; ++turn) {
-    vfloat turned[16];
-#pragma unroll
-    for (int i = 0; i < 8; ++i) {
-      turned[i] = (float16)(field[2 * i].even, field[2 * i + 1].even);
-      turned[8 + i] = (float16)(field[2 * i].odd, field[2 * i + 1].odd);
-    }
-#pragma unroll
-    for (int i = 0; i < 16; ++i) field[i] = turned[i];
-  }
-#else
-  __global const float* edge = (__global const float*)(tile_edges->edges + (tile_edges->refs ? tile_edges->refs[from] : from));
-  for (int i = 0; i < 16; ++i) field[i] = edge[i];
-#endif
-  v_store(field[0], pool->ax + to);
-  v_store(field[1], pool->ay + to);
-  v_store(field[2], pool->az + to);
-  v_store(field[4], pool->bx + to);
-  v_store(field[5], pool->by + to);
-  v_store(field[6], pool->bz + to);
-  v_store(field[8], pool->n0x + to);
-  v_store(field[9], pool->n0y + to);
-  v_store(field[10], pool->n0z + to);
-  v_store(field[11], pool->n0w + to);
-  v_store(field[12], pool->n1x + to);
-  v_store(field[13], pool->n1y + to);
-  v_store(field[14], pool->n1z + to);
-  v_store(field[15], pool->n1w + to);
-  const vint some = v_iota < (int)(tile_edges->end - from), orientations = v_as_int(field[7]);
-  v_store(v_select((vint)(0), v_as_int(field[3]), some), pool->m + to);
+// Puts a block of a tile's edges where the pool has room for as many.
+HS_INLINE void load_edges(const TileEdges* tile_edges, uint at, EdgePool* pool, int to) {
+  const uint number = tile_edges->refs ? tile_edges->refs[at] : at;
+  __global const EdgeBlock* block = tile_edges->edges + number;
+  v_store(v_load(block->ax), pool->ax + to);
+  v_store(v_load(block->ay), pool->ay + to);
+  v_store(v_load(block->az), pool->az + to);
+  v_store(v_load(block->bx), pool->bx + to);
+  v_store(v_load(block->by), pool->by + to);
+  v_store(v_load(block->bz), pool->bz + to);
+  v_store(v_load(block->n0x), pool->n0x + to);
+  v_store(v_load(block->n0y), pool->n0y + to);
+  v_store(v_load(block->n0z), pool->n0z + to);
+  v_store(v_load(block->n0w), pool->n0w + to);
+  v_store(v_load(block->n1x), pool->n1x + to);
+  v_store(v_load(block->n1y), pool->n1y + to);
+  v_store(v_load(block->n1z), pool->n1z + to);
+  v_store(v_load(block->n1w), pool->n1w + to);
+  const vint some = v_iota < edges_in_block(number, tile_edges->edge_count), orientations = v_load(block->orientations);
+  v_store(v_select((vint)(0), v_load(block->m), some), pool->m + to);
   v_store(v_select((vint)(0), (orientations & 3) - 1, some), pool->o0 + to);
   v_store(v_select((vint)(0), (orientations >> 2) - 1, some), pool->o1 + to);
 }
 
-// Lists, from the pool's beginning, the edges of a tile from *from on that receivers of the region may need, as many as there is
-// room for; *from: the first that is left. Returns their number.
+// Lists, from the pool's beginning, the edges of a tile from block *from on that receivers of the region may need, as many as
+// there is room for; *from: the first that is left. Returns their number.
 HS_INLINE int list_edges(const HsView light, float radius_px, const Region* region, const TileEdges* tile_edges, EdgePool* pool,
                          uint* from) {
   int count = 0;
-  for (; *from < tile_edges->end && count + HS_LANES <= HS_LISTED; *from += HS_LANES) {
+  for (; *from < tile_edges->end && count + HS_LANES <= HS_LISTED; ++*from) {
     load_edges(tile_edges, *from, pool, count);
     count += narrow_list(light, radius_px, region, pool, count, HS_LANES, count);
   }
-  *from = min(*from, tile_edges->end);
   return count;
 }
 

@@ -288,7 +288,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
 // has it.
 __kernel void count_samples(const HsView light, const HsReceiverView view, const HsDisc disc,
                             __global const float* depth_or_position, __global const float4* normal,
-                            __global const float* shadow_map, __global const HsEdge* edges, __global const uint* edge_offsets,
+                            __global const float* shadow_map, __global const EdgeBlock* edges, __global const uint* edge_offsets,
                             __global const uint* edge_refs, const uint edge_capacity, __global const float* samples,
                             __global const ushort* below, __global const float* weights, __global const float* cell_xy,
                             __global const ushort* cells, __global const float* window_xy, __global const ushort* windows,
@@ -317,8 +317,8 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
   {
     const uint tile = get_group_id(0), step = get_local_size(0), begin_at = receiver_offsets[tile] + get_local_id(0);
 #endif
-    const TileEdges tile_edges = {edges, overflow ? 0 : edge_refs, overflow ? 0 : edge_offsets[tile],
-                                  overflow ? status->feature_count : edge_offsets[tile + 1]};
+    const TileEdges tile_edges = {edges, status->feature_count, overflow ? 0 : edge_refs, overflow ? 0 : edge_offsets[tile],
+                                  overflow ? blocks_of(status->feature_count) : edge_offsets[tile + 1]};
     for (uint batch_first = begin_at; batch_first < receiver_ends[tile]; batch_first += step) {
       const int batch_count = min((int)(receiver_ends[tile] - batch_first), HS_BATCH);
       load_batch(light, view, listed + batch_first, batch_count, depth_or_position, normal, &w.batch);

@@ -29,7 +29,6 @@ using Shared = KernelTest;
   S(HsShadeLight) M(HsShadeLight, position_ws) M(HsShadeLight, color) M(HsShadeLight, from_camera_x) \
   M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, tint_plane) \
   M(HsShadeLight, padding0) M(HsShadeLight, padding1) \
-  S(HsEdge) M(HsEdge, a) M(HsEdge, b) M(HsEdge, plane0) M(HsEdge, plane1) \
   S(HsDisc) M(HsDisc, radius) M(HsDisc, radius_px) M(HsDisc, reach2) M(HsDisc, near_q) M(HsDisc, table_per_turn) \
   M(HsDisc, sample_count) M(HsDisc, rotated) M(HsDisc, ball) M(HsDisc, tinted)
 // clang-format on
