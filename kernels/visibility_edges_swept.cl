@@ -36,16 +36,17 @@ typedef struct {
   float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
   ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
   int count;
-  Bounds place, way;            // of each vector of receivers, and of the unit ways to them
-  int pair_edge[HS_PAIR_ROOM];  // edges, and the samples that they may pass over:
+  Bounds place, way;           // of each vector of receivers, and of the unit ways to them
+  int run_edge[HS_PAIR_ROOM];  // edges, and the samples that they may pass over: pairs, in runs of one edge each
+  int run_end[HS_PAIR_ROOM];   // where runs end in the pairs
+  int run_count;
   int pair_what[HS_PAIR_ROOM];  // a sample's number, and in the high half the edge's multiplicity as the sample has it
   int pair_count;
   float pairs_per_edge;            // where there were too many; else 0
-  ushort slot_of[HS_MAX_SAMPLES];  // 1 + where a sample that may change has its jumps, 0 for the others
-  ushort sample_of[HS_MAX_SAMPLES];
-  float sample_x[HS_MAX_SAMPLES], sample_y[HS_MAX_SAMPLES];  // unit disc
-  int slot_count;
-  short16 jumps[HS_MAX_SAMPLES * HS_GROUP_VECTORS];  // J; vectors, for compilers split unaligned stores of them
+  ushort changes[HS_MAX_SAMPLES];  // 1 for samples of pairs, 0 for the others
+  ushort changing[HS_MAX_SAMPLES];
+  int changing_count;
+  short16 jumps[HS_MAX_SAMPLES * HS_GROUP_VECTORS];  // J of those, vectors, for compilers split unaligned stores
   short depth[HS_GROUP];                             // F for the light's centre
   uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
   int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
@@ -146,21 +147,20 @@ HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, v
                          __global const ushort* samples, uint swept, Sweep* sweep) {
   const vint m = multiplicity_at(list, i, radius, sx, sy);
   const uint bits = swept & lane_bits(m != 0);
-  v_store((vint)(i - first), sweep->pair_edge + sweep->pair_count);
   append_chosen(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what, &sweep->pair_count);
+  sweep->run_edge[sweep->run_count] = i - first;
+  sweep->run_end[sweep->run_count] = sweep->pair_count;
+  sweep->run_count += bits != 0;
 }
 
-// Gives each sample of a pair a slot.
-HS_INLINE void assign_slots(const SampleSet* set, int n, Sweep* sweep) {
-  for (int i = 0; i < n; ++i) sweep->slot_of[i] = 0;
-  for (int i = 0; i < sweep->pair_count; ++i) sweep->slot_of[sweep->pair_what[i] & 0xffff] = 1;
-  sweep->slot_count = 0;
+// Finds the samples of pairs.
+HS_INLINE void find_changing(int n, Sweep* sweep) {
+  for (int i = 0; i < n; ++i) sweep->changes[i] = 0;
+  for (int i = 0; i < sweep->pair_count; ++i) sweep->changes[sweep->pair_what[i] & 0xffff] = 1;
+  sweep->changing_count = 0;
   for (int i = 0; i < n; ++i) {
-    sweep->sample_of[sweep->slot_count] = (ushort)i;
-    sweep->sample_x[sweep->slot_count] = set->samples[i];
-    sweep->sample_y[sweep->slot_count] = set->samples[n + i];
-    sweep->slot_count += sweep->slot_of[i];
-    sweep->slot_of[i] = sweep->slot_of[i] ? (ushort)sweep->slot_count : 0;
+    sweep->changing[sweep->changing_count] = (ushort)i;
+    sweep->changing_count += sweep->changes[i];
   }
 }
 
@@ -258,7 +258,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   __global const ushort* cell_first = set->cells;
   __global const ushort* cell_sample = set->cells + grid * grid + 1;
   Bands bands;
-  sweep->pair_count = 0;
+  sweep->run_count = sweep->pair_count = 0;
   sweep->pairs_per_edge = 0.0f;
   // Step by step for many edges: what a step of one edge waits for is hidden by those of others. Few at first, for there may soon
   // be too many samples.
@@ -303,7 +303,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
       return false;
     }
   }
-  assign_slots(set, n, sweep);
+  find_changing(n, sweep);
   return true;
 }
 
@@ -331,31 +331,35 @@ typedef struct {
   float sx[HS_LOADED], sy[HS_LOADED];  // unit disc
   float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
   float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
-  int left0[HS_LOADED], m[HS_LOADED], slot[HS_LOADED];
+  int left0[HS_LOADED];
   int between[(HS_GROUP_VECTORS + 1) * HS_LOADED];  // those that may be passed on the way to a vector of receivers, and
   int between_count;                                // HS_LOADED times its number
 } Pairs;
 
-// Loads pairs from number `at` on, as many as there is room for, and finds which vectors of receivers may pass them: by their
-// bounds some may see the sample on another side of the edge than p0 does, with ways for which its ends are on different sides of
-// the plane through sample and way.
-void load_pairs(float radius, const Region* region, const EdgePool* list, int first, const Sweep* sweep, int at, Pairs* pairs) {
+// Loads the pairs of runs from number *run on, which begins at pair `at`, as many as there is room for; *run: the first that is
+// left. Finds which vectors of receivers may pass them: by their bounds some may see the sample on another side of the edge than
+// p0 does, with ways for which its ends are on different sides of the plane through sample and way. Returns their number.
+int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, const Sweep* sweep,
+               int at, int* run, Pairs* pairs) {
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z), slack = 1e-5f;
-  const int count = min(HS_LOADED, sweep->pair_count - at);
-  for (int k = 0; k < (count + HS_LANES - 1) / HS_LANES * HS_LANES; ++k) {
-    const int pair = min(at + k, sweep->pair_count - 1), i = first + sweep->pair_edge[pair], what = sweep->pair_what[pair],
-              slot = sweep->slot_of[what & 0xffff] - 1;
-    pairs->ax[k] = list->ax[i];
-    pairs->ay[k] = list->ay[i];
-    pairs->az[k] = list->az[i];
-    pairs->bx[k] = list->bx[i];
-    pairs->by[k] = list->by[i];
-    pairs->bz[k] = list->bz[i];
-    pairs->sx[k] = sweep->sample_x[slot];
-    pairs->sy[k] = sweep->sample_y[slot];
-    pairs->m[k] = what >> 16;
-    pairs->slot[k] = slot;
+  const int n = (int)disc.sample_count;
+  const float radius = disc.radius;
+  int count = 0;
+  for (; *run < sweep->run_count && count <= HS_LOADED - HS_LANES; ++*run) {
+    const int i = first + sweep->run_edge[*run];
+    v_store((vfloat)(list->ax[i]), pairs->ax + count);
+    v_store((vfloat)(list->ay[i]), pairs->ay + count);
+    v_store((vfloat)(list->az[i]), pairs->az + count);
+    v_store((vfloat)(list->bx[i]), pairs->bx + count);
+    v_store((vfloat)(list->by[i]), pairs->by + count);
+    v_store((vfloat)(list->bz[i]), pairs->bz + count);
+    count = sweep->run_end[*run] - at;
+  }
+  for (int k = 0; k < count; ++k) {
+    const int sample = sweep->pair_what[at + k] & 0xffff;
+    pairs->sx[k] = set->samples[sample];
+    pairs->sy[k] = set->samples[n + sample];
   }
   pairs->between_count = 0;
   for (int to = 0; to < count; to += HS_LANES) {
@@ -370,7 +374,8 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
     // Nearer than this the walk's rounding may find the sample on the other side.
     const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
     v_store(from0 > 0.0f, pairs->left0 + to);
-    for (uint bits = lane_bits(fabs(from0) <= unsure); bits != 0; bits &= bits - 1) {
+    const vint some = v_iota < count - to;
+    for (uint bits = lane_bits(some & (fabs(from0) <= unsure)); bits != 0; bits &= bits - 1) {
       const int k = to + first_lane(bits);
       const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
                                        (float3)(pairs->bx[k], pairs->by[k], pairs->bz[k]), (float2)(pairs->sx[k], pairs->sy[k]),
@@ -392,7 +397,6 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
     v_store(m_bz, pairs->m_bz + to);
 
     const vint left0 = v_load(pairs->left0 + to);
-    const vint some = v_iota < count - to;
     for (int v = 0; v * HS_LANES < sweep->count; ++v) {
       const Bounds *place = &sweep->place, *way = &sweep->way;
       const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
@@ -408,15 +412,17 @@ void load_pairs(float radius, const Region* region, const EdgePool* list, int fi
       append_chosen(v * HS_LOADED + to + v_iota, bits, pairs->between, &pairs->between_count);
     }
   }
+  return count;
 }
 
-// Adds up J of all slots and receivers. False if an edge meets the way between receivers, as nearly as can be told.
-bool sum_jumps(float radius, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
+// Adds up J of all changing samples and receivers. False if an edge meets the way between receivers, as nearly as can be told.
+bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  for (int i = 0; i < sweep->slot_count * HS_GROUP_VECTORS; ++i) sweep->jumps[i] = (short16)(0);
-  for (int at = 0; at < sweep->pair_count; at += HS_LOADED) {
-    load_pairs(radius, region, list, first, sweep, at, &pairs);
+  for (int i = 0; i < sweep->changing_count; ++i)
+    for (int v = 0; v < HS_GROUP_VECTORS; ++v) sweep->jumps[sweep->changing[i] * HS_GROUP_VECTORS + v] = (short16)(0);
+  for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
+    loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
     for (int i = 0; i < pairs.between_count; ++i) {
       const int v = pairs.between[i] / HS_LOADED, k = pairs.between[i] & (HS_LOADED - 1);
@@ -431,7 +437,7 @@ bool sum_jumps(float radius, const Region* region, const EdgePool* list, int fir
       if (v_any(doubtful))
         left = v_select(left,
                         left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
-                                       (float2)(pairs.sx[k], pairs.sy[k]), radius, px, py, pz, left),
+                                       (float2)(pairs.sx[k], pairs.sy[k]), disc.radius, px, py, pz, left),
                         doubtful);
       const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
                    db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
@@ -440,8 +446,9 @@ bool sum_jumps(float radius, const Region* region, const EdgePool* list, int fir
       const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
       const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
       meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
-      const vint jump = v_select((vint)(0), v_select((vint)(-pairs.m[k]), (vint)(pairs.m[k]), left), passes & (edge_z < way_z));
-      sweep->jumps[pairs.slot[k] * HS_GROUP_VECTORS + v] += v_short_of(jump);
+      const int what = sweep->pair_what[at + k], m = what >> 16, sample = what & 0xffff;
+      const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left), passes & (edge_z < way_z));
+      sweep->jumps[sample * HS_GROUP_VECTORS + v] += v_short_of(jump);
     }
     if (v_any(meets)) return false;
   }
@@ -507,9 +514,10 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, fl
   for (int first = 0; first < sweep->count; first += HS_LANES) {
     const short16 depth = vload16(0, sweep->depth + first);
     short16 count = (short16)(0), below = (short16)(0);
-    for (int slot = 0; slot < sweep->slot_count; ++slot) {
-      const short16 sum = sweep->jumps[slot * HS_GROUP_VECTORS + first / HS_LANES] +
-                          (short16)(((const short*)base)[sweep->sample_of[slot]]) + depth;
+    for (int i = 0; i < sweep->changing_count; ++i) {
+      const int sample = sweep->changing[i];
+      const short16 sum =
+          sweep->jumps[sample * HS_GROUP_VECTORS + first / HS_LANES] + (short16)(((const short*)base)[sample]) + depth;
       count -= sum <= (short16)(0);
       below |= sum < (short16)(0);
     }
@@ -521,7 +529,7 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, fl
         known_negative = false;
         for (int k = 0; k < n; k += HS_LANES) {
           const short16 sum = base[k / HS_LANES] + (short16)((short)lane_depth);
-          const short16 still = vload16(0, sweep->slot_of + k) == (ushort16)(0);
+          const short16 still = vload16(0, sweep->changes + k) == (ushort16)(0);
           known_count += short_lane_count((sum <= (short16)(0)) & still);
           known_negative |= short_lane_count((sum < (short16)(0)) & still) != 0;
         }
@@ -537,8 +545,8 @@ void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep
                      __global const float4* planes, int i, v_short* counts) {
   const int n = (int)disc.sample_count;
   for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] + (v_short)(sweep->depth[i]);
-  for (int slot = 0; slot < sweep->slot_count; ++slot)
-    ((short*)counts)[sweep->sample_of[slot]] += ((const short*)sweep->jumps)[slot * HS_GROUP + i];
+  for (int k = 0; k < sweep->changing_count; ++k)
+    ((short*)counts)[sweep->changing[k]] += ((const short*)sweep->jumps)[sweep->changing[k] * HS_GROUP + i];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];

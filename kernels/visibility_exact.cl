@@ -170,7 +170,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   }
   if (!find_crossed(region, &w->near_faces, casters->faces.triangles, casters->faces.vertices_ls, casters->faces.planes,
                     casters->faces.disc_sides, sweep) ||
-      !sum_jumps(casters->disc.radius, region, &w->pool, list_first, sweep))
+      !sum_jumps(casters->disc, &casters->set, region, &w->pool, list_first, sweep))
     return false;
 
   forget_walks(w, 1);
