@@ -140,47 +140,75 @@ HS_INLINE void pad_list(EdgePool* list, int first, int count) {
   }
 }
 
-// Lists from `to_first` on, which may be `first`, those of the `count` edges from `first` on that receivers of the region may
-// need. A face's side that is the same for all of them is added to m, and most edges, silhouettes for some other part of the
-// tile, then have none left. Returns their number.
+// A vector of edges.
+typedef struct {
+  vfloat ax, ay, az, bx, by, bz;
+  vfloat n0x, n0y, n0z, n0w, n1x, n1y, n1z, n1w;
+  vint m, o0, o1;
+} Edges;
+
+// Loads what blocks and pools call by the same names.
+#define HS_LOAD_EDGES(edges, list, i)      \
+  (edges).ax = v_load((list)->ax + (i));   \
+  (edges).ay = v_load((list)->ay + (i));   \
+  (edges).az = v_load((list)->az + (i));   \
+  (edges).bx = v_load((list)->bx + (i));   \
+  (edges).by = v_load((list)->by + (i));   \
+  (edges).bz = v_load((list)->bz + (i));   \
+  (edges).n0x = v_load((list)->n0x + (i)); \
+  (edges).n0y = v_load((list)->n0y + (i)); \
+  (edges).n0z = v_load((list)->n0z + (i)); \
+  (edges).n0w = v_load((list)->n0w + (i)); \
+  (edges).n1x = v_load((list)->n1x + (i)); \
+  (edges).n1y = v_load((list)->n1y + (i)); \
+  (edges).n1z = v_load((list)->n1z + (i)); \
+  (edges).n1w = v_load((list)->n1w + (i));
+
+// Puts those of the edges that receivers of a region may need into the pool. A face's side that is the same for all of them is
+// added to m, and most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
+HS_INLINE int keep_edges(const HsView light, float radius_px, const Region* region, const Edges* e, EdgePool* pool, int to) {
+  const vint side0 = side_of_region(region, e->n0x, e->n0y, e->n0z, e->n0w);
+  const vint side1 = side_of_region(region, e->n1x, e->n1y, e->n1z, e->n1w);
+  const vint m = e->m + e->o0 * side0 + e->o1 * side1;
+  const vint o0 = v_select(e->o0, (vint)(0), side0 != 0), o1 = v_select(e->o1, (vint)(0), side1 != 0);
+  vint keep = (m | o0 | o1) != 0;
+  if (!v_any(keep)) return 0;
+  MapEdges in_map;
+  project_to_map(light, e->ax, e->ay, e->az, e->bx, e->by, e->bz, &in_map);
+  keep &= reach_receivers(&in_map, radius_px, region->middle_px, region->half_px, region->d_far);
+  const uint bits = lane_bits(keep);
+  v_store_chosen(e->ax, bits, pool->ax + to);
+  v_store_chosen(e->ay, bits, pool->ay + to);
+  v_store_chosen(e->az, bits, pool->az + to);
+  v_store_chosen(e->bx, bits, pool->bx + to);
+  v_store_chosen(e->by, bits, pool->by + to);
+  v_store_chosen(e->bz, bits, pool->bz + to);
+  v_store_chosen(e->n0x, bits, pool->n0x + to);
+  v_store_chosen(e->n0y, bits, pool->n0y + to);
+  v_store_chosen(e->n0z, bits, pool->n0z + to);
+  v_store_chosen(e->n0w, bits, pool->n0w + to);
+  v_store_chosen(e->n1x, bits, pool->n1x + to);
+  v_store_chosen(e->n1y, bits, pool->n1y + to);
+  v_store_chosen(e->n1z, bits, pool->n1z + to);
+  v_store_chosen(e->n1w, bits, pool->n1w + to);
+  v_store_chosen_ints(m, bits, pool->m + to);
+  v_store_chosen_ints(o0, bits, pool->o0 + to);
+  v_store_chosen_ints(o1, bits, pool->o1 + to);
+  return (int)popcount(bits);
+}
+
+// Lists from `to_first` on those of the `count` edges from `first` on that receivers of the region may need. Returns their
+// number.
 HS_INLINE int narrow_list(const HsView light, float radius_px, const Region* region, EdgePool* pool, int first, int count,
                           int to_first) {
   int to = to_first;
   for (int i = first; i < first + count; i += HS_LANES) {
-    vint o0 = v_load(pool->o0 + i), o1 = v_load(pool->o1 + i);
-    const vint side0 =
-        side_of_region(region, v_load(pool->n0x + i), v_load(pool->n0y + i), v_load(pool->n0z + i), v_load(pool->n0w + i));
-    const vint side1 =
-        side_of_region(region, v_load(pool->n1x + i), v_load(pool->n1y + i), v_load(pool->n1z + i), v_load(pool->n1w + i));
-    const vint m = v_load(pool->m + i) + o0 * side0 + o1 * side1;
-    o0 = v_select(o0, (vint)(0), side0 != 0);
-    o1 = v_select(o1, (vint)(0), side1 != 0);
-    vint keep = (m | o0 | o1) != 0;
-    if (!v_any(keep)) continue;
-
-    MapEdges in_map;
-    project_to_map(light, v_load(pool->ax + i), v_load(pool->ay + i), v_load(pool->az + i), v_load(pool->bx + i),
-                   v_load(pool->by + i), v_load(pool->bz + i), &in_map);
-    keep &= reach_receivers(&in_map, radius_px, region->middle_px, region->half_px, region->d_far);
-    const uint bits = lane_bits(keep);
-    v_store_chosen(v_load(pool->ax + i), bits, pool->ax + to);
-    v_store_chosen(v_load(pool->ay + i), bits, pool->ay + to);
-    v_store_chosen(v_load(pool->az + i), bits, pool->az + to);
-    v_store_chosen(v_load(pool->bx + i), bits, pool->bx + to);
-    v_store_chosen(v_load(pool->by + i), bits, pool->by + to);
-    v_store_chosen(v_load(pool->bz + i), bits, pool->bz + to);
-    v_store_chosen(v_load(pool->n0x + i), bits, pool->n0x + to);
-    v_store_chosen(v_load(pool->n0y + i), bits, pool->n0y + to);
-    v_store_chosen(v_load(pool->n0z + i), bits, pool->n0z + to);
-    v_store_chosen(v_load(pool->n0w + i), bits, pool->n0w + to);
-    v_store_chosen(v_load(pool->n1x + i), bits, pool->n1x + to);
-    v_store_chosen(v_load(pool->n1y + i), bits, pool->n1y + to);
-    v_store_chosen(v_load(pool->n1z + i), bits, pool->n1z + to);
-    v_store_chosen(v_load(pool->n1w + i), bits, pool->n1w + to);
-    v_store_chosen_ints(m, bits, pool->m + to);
-    v_store_chosen_ints(o0, bits, pool->o0 + to);
-    v_store_chosen_ints(o1, bits, pool->o1 + to);
-    to += (int)popcount(bits);
+    Edges e;
+    HS_LOAD_EDGES(e, pool, i)
+    e.m = v_load(pool->m + i);
+    e.o0 = v_load(pool->o0 + i);
+    e.o1 = v_load(pool->o1 + i);
+    to += keep_edges(light, radius_px, region, &e, pool, to);
   }
   pad_list(pool, to_first, to - to_first);
   return to - to_first;
@@ -194,39 +222,23 @@ typedef struct {
   uint first, end;
 } TileEdges;
 
-// Puts a block of a tile's edges where the pool has room for as many.
-HS_INLINE void load_edges(const TileEdges* tile_edges, uint at, EdgePool* pool, int to) {
-  const uint number = tile_edges->refs ? tile_edges->refs[at] : at;
-  __global const EdgeBlock* block = tile_edges->edges + number;
-  v_store(v_load(block->ax), pool->ax + to);
-  v_store(v_load(block->ay), pool->ay + to);
-  v_store(v_load(block->az), pool->az + to);
-  v_store(v_load(block->bx), pool->bx + to);
-  v_store(v_load(block->by), pool->by + to);
-  v_store(v_load(block->bz), pool->bz + to);
-  v_store(v_load(block->n0x), pool->n0x + to);
-  v_store(v_load(block->n0y), pool->n0y + to);
-  v_store(v_load(block->n0z), pool->n0z + to);
-  v_store(v_load(block->n0w), pool->n0w + to);
-  v_store(v_load(block->n1x), pool->n1x + to);
-  v_store(v_load(block->n1y), pool->n1y + to);
-  v_store(v_load(block->n1z), pool->n1z + to);
-  v_store(v_load(block->n1w), pool->n1w + to);
-  const vint some = v_iota < edges_in_block(number, tile_edges->edge_count), orientations = v_load(block->orientations);
-  v_store(v_select((vint)(0), v_load(block->m), some), pool->m + to);
-  v_store(v_select((vint)(0), (orientations & 3) - 1, some), pool->o0 + to);
-  v_store(v_select((vint)(0), (orientations >> 2) - 1, some), pool->o1 + to);
-}
-
 // Lists, from the pool's beginning, the edges of a tile from block *from on that receivers of the region may need, as many as
 // there is room for; *from: the first that is left. Returns their number.
 HS_INLINE int list_edges(const HsView light, float radius_px, const Region* region, const TileEdges* tile_edges, EdgePool* pool,
                          uint* from) {
   int count = 0;
   for (; *from < tile_edges->end && count + HS_LANES <= HS_LISTED; ++*from) {
-    load_edges(tile_edges, *from, pool, count);
-    count += narrow_list(light, radius_px, region, pool, count, HS_LANES, count);
+    const uint number = tile_edges->refs ? tile_edges->refs[*from] : *from;
+    __global const EdgeBlock* block = tile_edges->edges + number;
+    Edges e;
+    HS_LOAD_EDGES(e, block, 0)
+    const vint some = v_iota < edges_in_block(number, tile_edges->edge_count), orientations = v_load(block->orientations);
+    e.m = v_select((vint)(0), v_load(block->m), some);
+    e.o0 = v_select((vint)(0), (orientations & 3) - 1, some);
+    e.o1 = v_select((vint)(0), (orientations >> 2) - 1, some);
+    count += keep_edges(light, radius_px, region, &e, pool, count);
   }
+  pad_list(pool, 0, count);
   return count;
 }
 

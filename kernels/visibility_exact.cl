@@ -281,6 +281,13 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
   }
 }
 
+// How much there is to do in a tile, about.
+HS_INLINE uint work_of_tile(uint tile, __global const uint* receiver_offsets, __global const uint* receiver_ends,
+                            __global const uint* edge_offsets) {
+  const float receivers = (float)(receiver_ends[tile] - receiver_offsets[tile]);
+  return convert_uint_sat(receivers * (float)(edge_offsets[tile + 1] - edge_offsets[tile] + 1));
+}
+
 // Counts for the listed receivers: work-items take tiles from `queue` (CPU) or are a tile's pixels (GPU).
 // tints: float4 a pixel of a light with a texture: in xyz, relative to the whole light, how much of each channel is seen, where
 // w = 1; where w = 0 it is as much of each, the visibility. weights: as SampleTable has them.
@@ -311,7 +318,14 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
   const Answers answers = {visibility + plane * pixels, tints + tint_plane * pixels, status};
   Workspace w;
 #if HS_LANES == 16
-  for (uint tile = atomic_inc(queue); tile < tile_count; tile = atomic_inc(queue)) {
+  // Tiles with much to do first: one that is begun last is waited for.
+  uint most = 0;
+  for (uint tile = 0; tile < tile_count; ++tile)
+    most = max(most, work_of_tile(tile, receiver_offsets, receiver_ends, edge_offsets));
+  for (uint next = atomic_inc(queue); next < 2 * tile_count; next = atomic_inc(queue)) {
+    const uint tile = next % tile_count;
+    const bool much = work_of_tile(tile, receiver_offsets, receiver_ends, edge_offsets) > most / 3;
+    if (much != (next < tile_count)) continue;
     const uint step = HS_BATCH, begin_at = receiver_offsets[tile];
 #else
   {
