@@ -33,10 +33,11 @@ typedef struct {
 } Bounds;
 
 typedef struct {
-  float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];  // the receivers, about in the order of the ways to them: see load_swept
-  ushort order[HS_GROUP];                       // where they are in the batch, from the group's first on
+  float x[HS_GROUP], y[HS_GROUP], z[HS_GROUP];     // the receivers, about in the order of the ways to them: see load_swept
+  float dx[HS_GROUP], dy[HS_GROUP], dz[HS_GROUP];  // the ways to them from the first one
+  ushort order[HS_GROUP];                          // where they are in the batch, from the group's first on
   int count;
-  Bounds place, way;           // of each vector of receivers, and of the unit ways to them
+  Bounds way, direction;       // of each vector of ways, and of those as unit vectors
   int run_edge[HS_PAIR_ROOM];  // edges, and the samples that they may pass over: pairs, in runs of one edge each
   int run_end[HS_PAIR_ROOM];   // where runs end in the pairs
   int run_count;
@@ -118,14 +119,17 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   for (int v = 0; v < HS_GROUP_VECTORS; ++v) {
     const int i = min(v * HS_LANES, (count - 1) / HS_LANES * HS_LANES);
     const vfloat x = v_load(sweep->x + i), y = v_load(sweep->y + i), z = v_load(sweep->z + i);
-    bound_vector(x, y, z, v, &sweep->place);
     const vfloat dx = x - sweep->x[0], dy = y - sweep->y[0], dz = z - sweep->z[0];
+    v_store(dx, sweep->dx + i);
+    v_store(dy, sweep->dy + i);
+    v_store(dz, sweep->dz + i);
+    bound_vector(dx, dy, dz, v, &sweep->way);
     const vfloat length = sqrt(dx * dx + dy * dy + dz * dz);
     const vint none = length == 0.0f;
     const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none);
     const vfloat ux = dx * to_unit, uy = dy * to_unit, uz = dz * to_unit;
     bound_vector(v_select(ux, (vfloat)(ux.sf), none), v_select(uy, (vfloat)(uy.sf), none), v_select(uz, (vfloat)(uz.sf), none), v,
-                 &sweep->way);
+                 &sweep->direction);
   }
 }
 
@@ -324,14 +328,15 @@ HS_INLINE vfloat sum_of_sizes(vfloat x, vfloat y, vfloat z) {
   return fabs(x) + fabs(y) + fabs(z);
 }
 
-// What sum_jumps needs of some pairs of edge a -> b and sample s: n is the normal of the plane through them, m_a and m_b of those
-// through s, p0 and an end; from0: p0 from the first plane.
+// What sum_jumps needs of some pairs of edge a -> b and sample s: n is the normal of the plane through them, away from p0's side
+// of the edge, from0 how far p0 is on the other side; m_a and m_b are the normals of the planes through s, p0 and an end; jump is
+// what is added to D(s) where the edge is passed.
 typedef struct {
   float ax[HS_LOADED], ay[HS_LOADED], az[HS_LOADED], bx[HS_LOADED], by[HS_LOADED], bz[HS_LOADED];
   float sx[HS_LOADED], sy[HS_LOADED];  // unit disc
   float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
   float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
-  int left0[HS_LOADED];
+  int left0[HS_LOADED], jump[HS_LOADED];
   int between[(HS_GROUP_VECTORS + 1) * HS_LOADED];  // those that may be passed on the way to a vector of receivers, and
   int between_count;                                // HS_LOADED times its number
 } Pairs;
@@ -384,10 +389,14 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     }
     const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
     const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
-    v_store(nx, pairs->nx + to);
-    v_store(ny, pairs->ny + to);
-    v_store(nz, pairs->nz + to);
-    v_store(from0, pairs->from0 + to);
+    const vint left0 = v_load(pairs->left0 + to), m = v_load(sweep->pair_what + at + to) >> 16;
+    const vfloat away = v_select((vfloat)(1.0f), (vfloat)(-1.0f), left0), away_x = nx * away, away_y = ny * away,
+                 away_z = nz * away, away0 = from0 * away;
+    v_store(v_select(m, -m, left0), pairs->jump + to);
+    v_store(away_x, pairs->nx + to);
+    v_store(away_y, pairs->ny + to);
+    v_store(away_z, pairs->nz + to);
+    v_store(away0, pairs->from0 + to);
     v_store(unsure, pairs->unsure + to);
     v_store(m_ax, pairs->m_ax + to);
     v_store(m_ay, pairs->m_ay + to);
@@ -396,19 +405,17 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     v_store(m_by, pairs->m_by + to);
     v_store(m_bz, pairs->m_bz + to);
 
-    const vint left0 = v_load(pairs->left0 + to);
     for (int v = 0; v * HS_LANES < sweep->count; ++v) {
-      const Bounds *place = &sweep->place, *way = &sweep->way;
-      const vfloat from = nx * (place->x[v] - ax) + ny * (place->y[v] - ay) + nz * (place->z[v] - az);
-      const vfloat from_reach = fabs(nx) * place->half_x[v] + fabs(ny) * place->half_y[v] + fabs(nz) * place->half_z[v] + unsure;
-      const vint unturned = v_select(-from, from, left0) > from_reach;
-      const float hx = way->half_x[v] + slack, hy = way->half_y[v] + slack, hz = way->half_z[v] + slack;
-      const vfloat a_side = m_ax * way->x[v] + m_ay * way->y[v] + m_az * way->z[v],
+      const Bounds *way = &sweep->way, *direction = &sweep->direction;
+      const vfloat from = away_x * way->x[v] + away_y * way->y[v] + away_z * way->z[v] + away0;
+      const vfloat from_reach = fabs(nx) * way->half_x[v] + fabs(ny) * way->half_y[v] + fabs(nz) * way->half_z[v] + unsure;
+      const float hx = direction->half_x[v] + slack, hy = direction->half_y[v] + slack, hz = direction->half_z[v] + slack;
+      const vfloat a_side = m_ax * direction->x[v] + m_ay * direction->y[v] + m_az * direction->z[v],
                    a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
-      const vfloat b_side = m_bx * way->x[v] + m_by * way->y[v] + m_bz * way->z[v],
+      const vfloat b_side = m_bx * direction->x[v] + m_by * direction->y[v] + m_bz * direction->z[v],
                    b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
       const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
-      const uint bits = lane_bits(some & v_not(same | unturned));
+      const uint bits = lane_bits(some & v_not(same) & (from >= -from_reach));
       append_chosen(v * HS_LOADED + to + v_iota, bits, pairs->between, &pairs->between_count);
     }
   }
@@ -420,35 +427,34 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
   Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   for (int i = 0; i < sweep->changing_count; ++i)
-    for (int v = 0; v < HS_GROUP_VECTORS; ++v) sweep->jumps[sweep->changing[i] * HS_GROUP_VECTORS + v] = (short16)(0);
+    for (int v = 0; v * HS_LANES < sweep->count; ++v) sweep->jumps[sweep->changing[i] * HS_GROUP_VECTORS + v] = (short16)(0);
   for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
     for (int i = 0; i < pairs.between_count; ++i) {
       const int v = pairs.between[i] / HS_LOADED, k = pairs.between[i] & (HS_LOADED - 1);
-      const vfloat px = v_load(sweep->x + v * HS_LANES), py = v_load(sweep->y + v * HS_LANES),
-                   pz = v_load(sweep->z + v * HS_LANES);
-      const vfloat dx = px - p0.x, dy = py - p0.y, dz = pz - p0.z;
+      const vfloat dx = v_load(sweep->dx + v * HS_LANES), dy = v_load(sweep->dy + v * HS_LANES),
+                   dz = v_load(sweep->dz + v * HS_LANES);
       const float az = pairs.az[k], bz = pairs.bz[k];
-      const vfloat from =
-          along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), px - pairs.ax[k], py - pairs.ay[k], pz - az);
-      vint left = from > 0.0f;
+      const vfloat from = along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), dx, dy, dz) + pairs.from0[k];
+      vint turned = from > 0.0f;
       const vint doubtful = fabs(from) <= pairs.unsure[k];
-      if (v_any(doubtful))
-        left = v_select(left,
-                        left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
-                                       (float2)(pairs.sx[k], pairs.sy[k]), disc.radius, px, py, pz, left),
-                        doubtful);
+      if (v_any(doubtful)) {
+        const vint left0 = (vint)(pairs.left0[k]);
+        const vint left = left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
+                                         (float2)(pairs.sx[k], pairs.sy[k]), disc.radius, v_load(sweep->x + v * HS_LANES),
+                                         v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES), turned ^ left0);
+        turned = v_select(turned, left ^ left0, doubtful);
+      }
       const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
                    db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
-      const vint passes = (left ^ pairs.left0[k]) & ((da >= 0.0f) ^ (db >= 0.0f));
+      const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
       // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
       const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
       const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
       meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
-      const int what = sweep->pair_what[at + k], m = what >> 16, sample = what & 0xffff;
-      const vint jump = v_select((vint)(0), v_select((vint)(-m), (vint)(m), left), passes & (edge_z < way_z));
-      sweep->jumps[sample * HS_GROUP_VECTORS + v] += v_short_of(jump);
+      const int sample = sweep->pair_what[at + k] & 0xffff;
+      sweep->jumps[sample * HS_GROUP_VECTORS + v] += v_short_of(passes & (edge_z < way_z)) & (short16)((short)pairs.jump[k]);
     }
     if (v_any(meets)) return false;
   }
