@@ -22,6 +22,7 @@ typedef struct {
 } MapEdges;
 
 HS_INLINE void project_to_map(const HsView view, vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, MapEdges* e) {
+#pragma OPENCL FP_CONTRACT ON
   e->everywhere = fmin(az, bz) < view.znear * 0.5f;
   e->da = 1.0f / az;
   e->db = 1.0f / bz;
@@ -38,6 +39,7 @@ HS_INLINE vfloat edge_reach(float radius_px, vfloat d, float d_far) {
 
 // Which edges receivers within half_px of a place in the map may be as near to. d_far: 1/z of the farthest of them.
 HS_INLINE vint reach_receivers(const MapEdges* e, float radius_px, float2 middle_px, float2 half_px, float d_far) {
+#pragma OPENCL FP_CONTRACT ON
   const vfloat ax = e->ax - middle_px.x, ay = e->ay - middle_px.y, bx = e->bx - middle_px.x, by = e->by - middle_px.y;
   const vfloat ra = edge_reach(radius_px, e->da, d_far), rb = edge_reach(radius_px, e->db, d_far);
   const vfloat ex = bx - ax, ey = by - ay;

@@ -125,6 +125,7 @@ HS_INLINE void bound_region(const Batch* batch, int first, int end, Region* regi
 
 // The side of a plane that a region is on: 1 or -1, or 0 if the plane cuts it or comes too near.
 HS_INLINE vint side_of_region(const Region* region, vfloat nx, vfloat ny, vfloat nz, vfloat w) {
+#pragma OPENCL FP_CONTRACT ON
   const vfloat v = nx * region->middle.x + ny * region->middle.y + nz * region->middle.z - w;
   const vfloat reach = fabs(nx) * region->half_size.x + fabs(ny) * region->half_size.y + fabs(nz) * region->half_size.z +
                        1e-6f * (fabs(w) + fabs(region->middle.x) + fabs(region->middle.y) + fabs(region->middle.z));

@@ -71,6 +71,7 @@ HS_INLINE void box_of_region(const Region* region, float3* low, float3* high) {
 // Bounds of a coordinate of an edge's end as receivers at low_p .. high_p see it: a + (a - p) t.
 HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float high_p, vfloat low_t, vfloat high_t, float slack,
                                 vfloat* low, vfloat* high) {
+#pragma OPENCL FP_CONTRACT ON
   const vfloat l = low_a - high_p, h = high_a - low_p;
   const vfloat lt = l * v_select(low_t, high_t, l < 0.0f), ht = h * v_select(high_t, low_t, h < 0.0f);
   *low = low_a + lt - (fabs(low_a) + fabs(lt)) * 2e-6f - slack;
@@ -180,6 +181,7 @@ typedef struct {
 
 // Finds them for a vector of edges, from number i of the list on, to place `to`.
 HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const EdgePool* list, int i, int to, Bands* bands) {
+#pragma OPENCL FP_CONTRACT ON
   const float slack = radius * 4e-6f, per_radius = 1.0f / radius;
   const float3 low_p = region->middle - region->half_size, high_p = region->middle + region->half_size;
   const float beyond = low_p.z * HS_BEYOND;
@@ -406,6 +408,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     v_store(m_bz, pairs->m_bz + to);
 
     for (int v = 0; v * HS_LANES < sweep->count; ++v) {
+#pragma OPENCL FP_CONTRACT ON
       const Bounds *way = &sweep->way, *direction = &sweep->direction;
       const vfloat from = away_x * way->x[v] + away_y * way->y[v] + away_z * way->z[v] + away0;
       const vfloat from_reach = fabs(nx) * way->half_x[v] + fabs(ny) * way->half_y[v] + fabs(nz) * way->half_z[v] + unsure;
