@@ -168,15 +168,15 @@ typedef struct {
 // Puts those of the edges that receivers of a region may need into the pool. A face's side that is the same for all of them is
 // added to m, and most edges, silhouettes for some other part of the tile, then have none left. Returns their number.
 HS_INLINE int keep_edges(const HsView light, float radius_px, const Region* region, const Edges* e, EdgePool* pool, int to) {
+  MapEdges in_map;
+  project_to_map(light, e->ax, e->ay, e->az, e->bx, e->by, e->bz, &in_map);
+  const vint near = reach_receivers(&in_map, radius_px, region->middle_px, region->half_px, region->d_far);
+  if (!v_any(near)) return 0;
   const vint side0 = side_of_region(region, e->n0x, e->n0y, e->n0z, e->n0w);
   const vint side1 = side_of_region(region, e->n1x, e->n1y, e->n1z, e->n1w);
   const vint m = e->m + e->o0 * side0 + e->o1 * side1;
   const vint o0 = v_select(e->o0, (vint)(0), side0 != 0), o1 = v_select(e->o1, (vint)(0), side1 != 0);
-  vint keep = (m | o0 | o1) != 0;
-  if (!v_any(keep)) return 0;
-  MapEdges in_map;
-  project_to_map(light, e->ax, e->ay, e->az, e->bx, e->by, e->bz, &in_map);
-  keep &= reach_receivers(&in_map, radius_px, region->middle_px, region->half_px, region->d_far);
+  const vint keep = near & ((m | o0 | o1) != 0);
   const uint bits = lane_bits(keep);
   v_store_chosen(e->ax, bits, pool->ax + to);
   v_store_chosen(e->ay, bits, pool->ay + to);

@@ -442,7 +442,7 @@ HS_INLINE void count_triangles(const HsView view, const CasterFaces* casters, co
                                int first, const int* asking, int asking_count, uint tile, FacesBefore* faces, int* crossings) {
   float xs[HS_GROUP], ys[HS_GROUP], zs[HS_GROUP];
   float2 low_px = (float2)(1e30f), high_px = (float2)(-1e30f);
-  for (int i = 0; i < HS_GROUP; ++i) {
+  for (int i = 0; i < (asking_count + HS_LANES - 1) / HS_LANES * HS_LANES; ++i) {
     const int from = first + asking[min(i, asking_count - 1)];
     xs[i] = batch->x[from];
     ys[i] = batch->y[from];

@@ -117,8 +117,8 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
     sweep->y[i] = batch->y[k];
     sweep->z[i] = batch->z[k];
   }
-  for (int v = 0; v < HS_GROUP_VECTORS; ++v) {
-    const int i = min(v * HS_LANES, (count - 1) / HS_LANES * HS_LANES);
+  for (int v = 0; v * HS_LANES < count; ++v) {
+    const int i = v * HS_LANES;
     const vfloat x = v_load(sweep->x + i), y = v_load(sweep->y + i), z = v_load(sweep->z + i);
     const vfloat dx = x - sweep->x[0], dy = y - sweep->y[0], dz = z - sweep->z[0];
     v_store(dx, sweep->dx + i);
@@ -156,17 +156,6 @@ HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, v
   sweep->run_edge[sweep->run_count] = i - first;
   sweep->run_end[sweep->run_count] = sweep->pair_count;
   sweep->run_count += bits != 0;
-}
-
-// Finds the samples of pairs.
-HS_INLINE void find_changing(int n, Sweep* sweep) {
-  for (int i = 0; i < n; ++i) sweep->changes[i] = 0;
-  for (int i = 0; i < sweep->pair_count; ++i) sweep->changes[sweep->pair_what[i] & 0xffff] = 1;
-  sweep->changing_count = 0;
-  for (int i = 0; i < n; ++i) {
-    sweep->changing[sweep->changing_count] = (ushort)i;
-    sweep->changing_count += sweep->changes[i];
-  }
 }
 
 // Where edges of a list sweep before the light as receivers of a region move: within a box, and within a band along a line.
@@ -309,7 +298,6 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
       return false;
     }
   }
-  find_changing(n, sweep);
   return true;
 }
 
@@ -346,7 +334,7 @@ typedef struct {
 // Loads the pairs of runs from number *run on, which begins at pair `at`, as many as there is room for; *run: the first that is
 // left. Finds which vectors of receivers may pass them: by their bounds some may see the sample on another side of the edge than
 // p0 does, with ways for which its ends are on different sides of the plane through sample and way. Returns their number.
-int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, const Sweep* sweep,
+int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep,
                int at, int* run, Pairs* pairs) {
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z), slack = 1e-5f;
@@ -365,6 +353,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
   }
   for (int k = 0; k < count; ++k) {
     const int sample = sweep->pair_what[at + k] & 0xffff;
+    sweep->changes[sample] = 1;
     pairs->sx[k] = set->samples[sample];
     pairs->sy[k] = set->samples[n + sample];
   }
@@ -429,8 +418,11 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
 bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  for (int i = 0; i < sweep->changing_count; ++i)
-    for (int v = 0; v * HS_LANES < sweep->count; ++v) sweep->jumps[sweep->changing[i] * HS_GROUP_VECTORS + v] = (short16)(0);
+  const int n = (int)disc.sample_count;
+  for (int sample = 0; sample < n; ++sample) {
+    sweep->changes[sample] = 0;
+    for (int v = 0; v * HS_LANES < sweep->count; ++v) sweep->jumps[sample * HS_GROUP_VECTORS + v] = (short16)(0);
+  }
   for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
@@ -460,6 +452,11 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
       sweep->jumps[sample * HS_GROUP_VECTORS + v] += v_short_of(passes & (edge_z < way_z)) & (short16)((short)pairs.jump[k]);
     }
     if (v_any(meets)) return false;
+  }
+  sweep->changing_count = 0;
+  for (int sample = 0; sample < n; ++sample) {
+    sweep->changing[sweep->changing_count] = (ushort)sample;
+    sweep->changing_count += sweep->changes[sample];
   }
   return true;
 }
