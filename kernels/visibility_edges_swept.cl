@@ -427,11 +427,12 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
     for (int i = 0; i < pairs.between_count; ++i) {
+#pragma OPENCL FP_CONTRACT ON
       const int v = pairs.between[i] / HS_LOADED, k = pairs.between[i] & (HS_LOADED - 1);
       const vfloat dx = v_load(sweep->dx + v * HS_LANES), dy = v_load(sweep->dy + v * HS_LANES),
                    dz = v_load(sweep->dz + v * HS_LANES);
       const float az = pairs.az[k], bz = pairs.bz[k];
-      const vfloat from = along_axis((float3)(pairs.nx[k], pairs.ny[k], pairs.nz[k]), dx, dy, dz) + pairs.from0[k];
+      const vfloat from = pairs.nx[k] * dx + pairs.ny[k] * dy + pairs.nz[k] * dz + pairs.from0[k];
       vint turned = from > 0.0f;
       const vint doubtful = fabs(from) <= pairs.unsure[k];
       if (v_any(doubtful)) {
@@ -441,8 +442,8 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
                                          v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES), turned ^ left0);
         turned = v_select(turned, left ^ left0, doubtful);
       }
-      const vfloat da = along_axis((float3)(pairs.m_ax[k], pairs.m_ay[k], pairs.m_az[k]), dx, dy, dz),
-                   db = along_axis((float3)(pairs.m_bx[k], pairs.m_by[k], pairs.m_bz[k]), dx, dy, dz);
+      const vfloat da = pairs.m_ax[k] * dx + pairs.m_ay[k] * dy + pairs.m_az[k] * dz,
+                   db = pairs.m_bx[k] * dx + pairs.m_by[k] * dy + pairs.m_bz[k] * dz;
       const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
       // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
       const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
