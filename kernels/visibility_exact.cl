@@ -3,9 +3,8 @@
 #if HS_LANES == 16
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
 #define HS_LEAST_GROUP 4
-#define HS_LITTLE_WORK 16384
-#define HS_MOST_PAIRS 4     // of an edge and a sample that it passes over, to an edge of a group that shares
-#define HS_PAIRS_LEFT 0.6f  // of them, in half of a group
+#define HS_LITTLE_WORK 8192
+#define HS_PAIRS_LEFT 0.6f  // of pairs to an edge, in half of a group
 #define HS_NARROW_AGAIN 2
 #define HS_MOST_PARTS 64
 #else
@@ -155,13 +154,18 @@ void find_near_faces(const Casters* casters, const Region* region, uint tile, in
   faces->end = end;
 }
 
+// So many pairs of an edge and a sample that it may pass over, and a group is cheaper shared than in halves, of which each needs
+// a walk and has more than half of them, and than walked. By trial, as the cost of a pair.
+HS_INLINE int most_pairs(int count, int list_count) {
+  return min(4 * list_count + 3072, count * (4 + list_count / 3));
+}
+
 // Answers a group by one walk and what changes from there. False, and nothing done, where walks are cheaper or have to decide.
 bool answer_group(const Casters* casters, Workspace* w, const Region* region, int list_first, int list_count, int first,
                   int count, uint tile, const Answers* answers) {
   Sweep* sweep = &w->sweep;
   const int n = (int)casters->disc.sample_count;
-  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count,
-                  HS_MOST_PAIRS * list_count * count / ((count + HS_LANES - 1) / HS_LANES * HS_LANES) + 128, sweep))
+  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, most_pairs(count, list_count), sweep))
     return false;
   load_swept(&w->batch, region, first, count, sweep);
   if (first < w->near_faces.first || first + count > w->near_faces.end) {
@@ -255,7 +259,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
 #if HS_LANES == 16
       share = casters->disc.radius > 0.0f && !casters->disc.ball && !casters->disc.rotated && count >= HS_LEAST_GROUP &&
               list_count > 0;
-      if (share && pairs_per_edge <= HS_MOST_PAIRS) {
+      if (share && pairs_per_edge * (float)list_count <= (float)most_pairs(count, list_count)) {
         if (answer_group(casters, w, &region, list_first, list_count, first, count, tile, answers)) continue;
         pairs_per_edge = w->sweep.pairs_per_edge;
       }
