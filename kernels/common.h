@@ -5,7 +5,8 @@
 //              1 on GPU devices: a work-group of HS_TILE x HS_TILE work-items owns a tile, one texel each
 // Both are the only build options; everything else is an argument.
 
-// Facing, coverage and crossings are decided by signs: a*b - b*a must be 0. PoCL contracts unless told not to.
+// Facing, coverage and crossings are decided by signs: a*b - b*a must be 0. PoCL contracts unless told not to. Where that costs
+// time, what has a margin (bounds) or is the same whoever asks allows it.
 #pragma OPENCL FP_CONTRACT OFF
 
 // Wide values are passed in memory between functions that are not inlined.

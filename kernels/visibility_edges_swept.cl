@@ -442,6 +442,7 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
                                          v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES), turned ^ left0);
         turned = v_select(turned, left ^ left0, doubtful);
       }
+      // Fused alike for both ends, so that a vertex is on one side of the way, whichever edge asks.
       const vfloat da = pairs.m_ax[k] * dx + pairs.m_ay[k] * dy + pairs.m_az[k] * dz,
                    db = pairs.m_bx[k] * dx + pairs.m_by[k] * dy + pairs.m_bz[k] * dz;
       const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
