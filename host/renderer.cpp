@@ -62,7 +62,7 @@ struct Resident {
   std::vector<std::shared_ptr<const Mesh>> meshes;  ///< what was uploaded, to see whether it still holds
   std::vector<Range> vertices, triangles, edges;    ///< of each mesh
   std::uint32_t vertex_count = 0, triangle_count = 0, edge_count = 0;
-  std::uint32_t edge_record_count = 0;  ///< the most potential silhouettes: one an edge, and one more for every two faces beyond two
+  std::uint32_t edge_record_count = 0;  ///< the most potential silhouettes: one an edge, one more for every two faces beyond two
   std::vector<Bounds> bounds;
   std::vector<int> orientations;   ///< of each mesh: solid_orientation
   cl::Buffer positions;            // float[3 * vertex_count]

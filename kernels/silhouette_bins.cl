@@ -33,7 +33,7 @@ HS_INLINE void project_to_map(const HsView view, vfloat ax, vfloat ay, vfloat az
 }
 
 // How far from an end of an edge in the map receivers may be that have it before their disc, or within HS_NEAR_PX of it.
-HS_INLINE vfloat edge_reach(float radius_px, vfloat d, float d_far) {
+HS_INLINE vfloat edge_reach(float radius_px, vfloat d, vfloat d_far) {
   return radius_px * fmax(d - d_far, 0.0f) + (HS_NEAR_PX + 0.25f);
 }
 
@@ -41,7 +41,7 @@ HS_INLINE vfloat edge_reach(float radius_px, vfloat d, float d_far) {
 HS_INLINE vint reach_receivers(const MapEdges* e, float radius_px, float2 middle_px, float2 half_px, float d_far) {
 #pragma OPENCL FP_CONTRACT ON
   const vfloat ax = e->ax - middle_px.x, ay = e->ay - middle_px.y, bx = e->bx - middle_px.x, by = e->by - middle_px.y;
-  const vfloat ra = edge_reach(radius_px, e->da, d_far), rb = edge_reach(radius_px, e->db, d_far);
+  const vfloat ra = edge_reach(radius_px, e->da, (vfloat)(d_far)), rb = edge_reach(radius_px, e->db, (vfloat)(d_far));
   const vfloat ex = bx - ax, ey = by - ay;
   const vfloat limit = fmax(ra, rb) * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * half_px.y + fabs(ey) * half_px.x;
   const vint near = (fmin(ax - ra, bx - rb) <= half_px.x) & (fmax(ax + ra, bx + rb) >= -half_px.x) &
@@ -75,7 +75,7 @@ HS_INLINE void load_block(const HsView view, __global const EdgeBlock* block, in
 
 HS_INLINE ushort4 rect_of_block(const HsView view, const MapBlock* block, float radius_px) {
   if (block->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
-  const float reach = radius_px * fmax(block->d - view.d_far, 0.0f) + (HS_NEAR_PX + 0.25f);
+  const float reach = v_least(edge_reach(radius_px, (vfloat)(block->d), (vfloat)(view.d_far)));  // the same in all lanes
   return rect_of_points(view, block->low - reach, block->high + reach);
 }
 
@@ -88,7 +88,7 @@ HS_INLINE uint tiles_with_block(const HsView view, const MapBlock* block, float 
   const vint have = (v_iota < (int)(end - x)) & (far > 0.0f);
   if (block->everywhere || !v_any(have)) return lane_bits(have);
   const float half_px = HS_TILE * 0.5f;
-  const vfloat d_far = 1.0f / far, reach = radius_px * fmax(block->d - d_far, 0.0f) + (HS_NEAR_PX + 0.25f + half_px);
+  const vfloat d_far = 1.0f / far, reach = edge_reach(radius_px, (vfloat)(block->d), d_far) + half_px;
   const vfloat middle_x = (v_float((int)x + v_iota) + 0.5f) * (float)HS_TILE;
   const float middle_y = ((float)y + 0.5f) * (float)HS_TILE;
   const vint touches = have & (block->d >= d_far * HS_BEYOND) & (block->low.x - reach <= middle_x) &

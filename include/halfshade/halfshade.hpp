@@ -332,7 +332,8 @@ struct StageTime {
 
 /// Counts of the last frame.
 struct FrameStats {
-  /// Of a point light, the sums over its six faces, and the largest of their maps.
+  /// Of a point light, the sums over its six faces, and the largest of their maps. Features are fins, or potential silhouettes of
+  /// `exact`, which tiles refer to by blocks of as many as the device's vectors have lanes.
   struct PerLight {
     std::string name;
     std::uint32_t silhouette_edges = 0, features = 0, feature_tile_references = 0, triangle_tile_references = 0;
