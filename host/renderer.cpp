@@ -484,8 +484,8 @@ struct Renderer::State {
     const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
     planes.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face planes");
     disc_sides.at_least(*device, resident.triangle_count, "face sides");
-    // 16 numbers each, in whole blocks.
-    disc_edges.at_least(*device, (most_edges + device->lanes) * 16 * sizeof(cl_float), "potential silhouettes");
+    disc_edges.at_least(*device, (most_edges + device->lanes) * HS_EDGE_NUMBERS * sizeof(cl_float),  // in whole blocks
+                        "potential silhouettes");
     const std::size_t tile_far_bytes = (tiles + device->lanes) * sizeof(cl_float);  // rows are read whole vectors at a time
     tile_far.at_least(*device, tile_far_bytes, "tile depths");
     tile_queue.at_least(*device, sizeof(cl_int), "tile queue");

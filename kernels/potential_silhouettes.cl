@@ -33,6 +33,7 @@ typedef struct {
   float n0x[HS_LANES], n0y[HS_LANES], n0z[HS_LANES], n0w[HS_LANES];
   float n1x[HS_LANES], n1y[HS_LANES], n1z[HS_LANES], n1w[HS_LANES];
 } EdgeBlock;
+typedef char EdgeBlockHasAsManyNumbers[sizeof(EdgeBlock) == HS_EDGE_NUMBERS * HS_LANES * sizeof(float) ? 1 : -1];
 
 HS_INLINE void store_edge(__global EdgeBlock* blocks, uint i, float3 a, float3 b, int m, int o0, float4 plane0, int o1,
                           float4 plane1) {

@@ -94,6 +94,9 @@ typedef struct {
   hs_uint tiles_x, tiles_y;
 } HsFinShape;
 
+// The numbers of a potential silhouette of visibility_exact.cl: EdgeBlock in potential_silhouettes.cl.
+#define HS_EDGE_NUMBERS 16
+
 // The light's disc as visibility_exact.cl counts it.
 #define HS_MAX_SAMPLES 1024
 typedef struct {

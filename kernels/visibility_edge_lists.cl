@@ -32,7 +32,7 @@ typedef struct {
   float far_z, d_far;         // depth of the farthest, and its 1/z
 } Region;
 
-// Edges that some receiver of a region may have before its disc: HsEdge, a field an array. Each list in the pool begins at a
+// Edges that some receiver of a region may have before its disc: EdgeBlock, longer. Each list in the pool begins at a
 // whole number of vectors. (Arrays a multiple of 4096 bytes long would have all fields of an edge share one set of the cache.)
 typedef struct {
   float ax[HS_POOL], ay[HS_POOL], az[HS_POOL], bx[HS_POOL], by[HS_POOL], bz[HS_POOL];
