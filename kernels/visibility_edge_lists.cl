@@ -99,8 +99,8 @@ HS_INLINE void bound_values(const float* values, int first, int end, float* midd
   for (int i = first; i < end; i += HS_LANES) {
     const vint some = v_iota < end - i;
     const vfloat v = v_load(values + i);
-    low = v_select(low, fmin(low, v), some);
-    high = v_select(high, fmax(high, v), some);
+    low = v_select(low, lesser_of(low, v), some);
+    high = v_select(high, greater_of(high, v), some);
   }
   const float least = v_least(low), most = -v_least(-high);
   *middle = 0.5f * (least + most);

@@ -69,13 +69,13 @@ HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx,
   e.ay = ay + (ay - py) * ta;
   e.bx = bx + (bx - px) * tb;
   e.by = by + (by - py) * tb;
-  e.far_z = fmax(az, bz);
+  e.far_z = greater_of(az, bz);
   return e;
 }
 
 // Grows with the angle from the x axis, 0 .. 4, a quarter turn being 1 (L1 norm). host/light_samples.cpp has the same.
 HS_INLINE vfloat turn_of(vfloat x, vfloat y) {
-  const vfloat t = x / fmax(fabs(x) + fabs(y), 1e-30f);
+  const vfloat t = x / greater_of(fabs(x) + fabs(y), 1e-30f);
   return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
 }
 
@@ -131,10 +131,10 @@ typedef struct {
 // far.
 HS_INLINE vfloat distance2_of(const ProjectedEdge* e, vfloat* c) {
   const vfloat ex = e->bx - e->ax, ey = e->by - e->ay;
-  const vfloat a2 = e->ax * e->ax + e->ay * e->ay, b2 = e->bx * e->bx + e->by * e->by, e2 = fmax(ex * ex + ey * ey, 1e-30f);
+  const vfloat a2 = e->ax * e->ax + e->ay * e->ay, b2 = e->bx * e->bx + e->by * e->by, e2 = greater_of(ex * ex + ey * ey, 1e-30f);
   *c = v_select(e->bx * ey - e->by * ex, e->ax * ey - e->ay * ex, a2 <= b2);
   const vint foot_inside = (e->ax * ex + e->ay * ey < 0.0f) & (e->bx * ex + e->by * ey > 0.0f);
-  return v_select(fmin(a2, b2), *c * *c / e2, foot_inside);
+  return v_select(lesser_of(a2, b2), *c * *c / e2, foot_inside);
 }
 
 // Whether that is within HS_NEAR_PX in the map, of a receiver at depth p_z.
@@ -210,19 +210,18 @@ typedef struct {
   int crossings[HS_WEDGES];                  // what an edge adds to the samples in the wedge that are beyond it
   int reached[HS_REACHED];                   // an edge, and HS_WEDGES times the first sample of a vector
   float begin[HS_REACHED], end[HS_REACHED];  // which turns of the vector's samples are in the wedge
-  int count;
 } Wedges;
 
 // Adds the crossings of all that is listed to the counts, and empties the list.
-HS_INLINE void cross_wedges(const SampleSet* set, int n, Wedges* wedges, v_short* counts) {
-  for (int i = 0; i < wedges->count; ++i) {
-    const int edge = wedges->reached[i] & (HS_WEDGES - 1), k = wedges->reached[i] / HS_WEDGES;
+HS_INLINE void cross_wedges(const SampleSet* set, int n, const Wedges* wedges, int* reached_count, v_short* counts) {
+  for (int i = 0; i < *reached_count; ++i) {
+    const uint reached = (uint)wedges->reached[i], edge = reached & (HS_WEDGES - 1), k = reached / HS_WEDGES;
     const vfloat x = v_load(set->samples + k), y = v_load(set->samples + n + k), turns = v_load(set->samples + 2 * n + k);
     const vint crossed =
         (turns >= wedges->begin[i]) & (turns < wedges->end[i]) & (x * wedges->ey[edge] - y * wedges->ex[edge] > wedges->c[edge]);
     counts[k / HS_LANES] += v_short_of(crossed) & (short)wedges->crossings[edge];
   }
-  wedges->count = 0;
+  *reached_count = 0;
 }
 
 // Adds the crossings of those edges to the receiver's counts, one a sample.
@@ -230,16 +229,16 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
                                const SampleSet* set, v_short* counts, Walk* walk) {
   const int n = (int)disc.sample_count;
   Wedges wedges;
-  wedges.count = 0;
+  int reached_count = 0;
   for (int i = 0; i < passing_count; i += HS_LANES) {
     const int to = i & (HS_WEDGES - 1);
-    if (to == 0) cross_wedges(set, n, &wedges, counts);
+    if (to == 0) cross_wedges(set, n, &wedges, &reached_count, counts);
     vfloat ax = v_load(passing->ax + i), ay = v_load(passing->ay + i), bx = v_load(passing->bx + i), by = v_load(passing->by + i);
     vfloat ex = bx - ax, ey = by - ay, c = v_load(passing->c + i);
     // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
     // the edges that meet there agree about every sample.
-    const vfloat inverse = 1.0f / fmax(ex * ex + ey * ey, 1e-30f);
-    const vfloat half_chord = sqrt(fmax(disc.reach2 - c * c * inverse, 0.0f) * inverse);
+    const vfloat inverse = 1.0f / greater_of(ex * ex + ey * ey, 1e-30f);
+    const vfloat half_chord = sqrt(greater_of(disc.reach2 - c * c * inverse, 0.0f) * inverse);
     const vfloat foot_x = c * ey * inverse, foot_y = -c * ex * inverse;
     const vint a_out = ax * ax + ay * ay > disc.reach2, b_out = bx * bx + by * by > disc.reach2;
     ax = v_select(ax, foot_x - ex * half_chord, a_out);
@@ -286,16 +285,16 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
     }
     vint at = first & -HS_LANES;
     for (uint bits = lane_bits(hides); bits != 0; bits = lane_bits(hides & (at < last))) {
-      if (wedges.count > HS_REACHED - HS_LANES) cross_wedges(set, n, &wedges, counts);
+      if (reached_count > HS_REACHED - HS_LANES) cross_wedges(set, n, &wedges, &reached_count, counts);
       const vint again = at >= n;  // after a whole turn
-      v_store_chosen_ints((at & (n - 1)) * HS_WEDGES + to + v_iota, bits, wedges.reached + wedges.count);
-      v_store_chosen(v_select(begin, (vfloat)(-1.0f), again), bits, wedges.begin + wedges.count);
-      v_store_chosen(v_select(end, (vfloat)(5.0f), whole_turn & v_not(again)), bits, wedges.end + wedges.count);
-      wedges.count += (int)popcount(bits);
+      v_store_chosen_ints((at & (n - 1)) * HS_WEDGES + to + v_iota, bits, wedges.reached + reached_count);
+      v_store_chosen(v_select(begin, (vfloat)(-1.0f), again), bits, wedges.begin + reached_count);
+      v_store_chosen(v_select(end, (vfloat)(5.0f), whole_turn & v_not(again)), bits, wedges.end + reached_count);
+      reached_count += (int)popcount(bits);
       at += HS_LANES;
     }
   }
-  cross_wedges(set, n, &wedges, counts);
+  cross_wedges(set, n, &wedges, &reached_count, counts);
 }
 
 // Whether nothing stands before the receiver in its texel and the eight around it, by the receiver's own plane there.

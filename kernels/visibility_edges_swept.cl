@@ -17,8 +17,8 @@
 
 #if HS_LANES == 16
 #define HS_PAIRS 16384
-#define HS_BANDS 128  // edges at once
-#define HS_LOADED 64  // pairs at once
+#define HS_BANDS 128   // edges at once
+#define HS_LOADED 128  // pairs at once
 #define HS_PAIR_ROOM (HS_PAIRS + HS_BANDS * HS_WINDOW_SAMPLES + HS_MAX_SAMPLES + HS_LANES)
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
@@ -102,7 +102,7 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   for (int i = 0; i <= HS_DIRECTIONS; ++i) next[i] = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     const vfloat place = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]) * (HS_DIRECTIONS / 4.0f);
-    v_store(v_int(fmin(fmax(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
+    v_store(v_int(lesser_of(greater_of(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
   }
   for (int i = 1; i < count; ++i) ++next[places[i] + 1];
   next[0] = 1;
@@ -144,18 +144,18 @@ HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat
 
 // Where coordinates of the unit disc lie in a grid; limited while they are not integers yet, for which they may be too large.
 HS_INLINE vint place_along(vfloat x, int cells) {
-  return v_int(fmin(fmax((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
+  return v_int(lesser_of(greater_of((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
 }
 
 // Adds a pair of an edge and each of the lanes `swept` of samples, whose numbers are in `samples`, where it has a multiplicity.
 HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
-                         __global const ushort* samples, uint swept, Sweep* sweep) {
+                         __global const ushort* samples, uint swept, Sweep* sweep, int* run_count, int* pair_count) {
   const vint m = multiplicity_at(list, i, radius, sx, sy);
   const uint bits = swept & lane_bits(m != 0);
-  append_chosen(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what, &sweep->pair_count);
-  sweep->run_edge[sweep->run_count] = i - first;
-  sweep->run_end[sweep->run_count] = sweep->pair_count;
-  sweep->run_count += bits != 0;
+  append_chosen(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what, pair_count);
+  sweep->run_edge[*run_count] = i - first;
+  sweep->run_end[*run_count] = *pair_count;
+  *run_count += bits != 0;
 }
 
 // Where edges of a list sweep before the light as receivers of a region move: within a box, and within a band along a line.
@@ -182,16 +182,16 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
          high_tb = bz / (low_p.z - bz);
   vfloat low_ax = ax, high_ax = ax, low_ay = ay, high_ay = ay, low_bx = bx, high_bx = bx, low_by = by, high_by = by;
   if (v_any(cut)) {
-    const vfloat least = v_select(v_select(fmin(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
+    const vfloat least = v_select(v_select(lesser_of(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
     const vfloat low_t = v_select(least, (vfloat)(0.0f), a_cut & b_cut);
-    low_ax = v_select(ax, fmin(ax, bx), a_cut);
-    high_ax = v_select(ax, fmax(ax, bx), a_cut);
-    low_ay = v_select(ay, fmin(ay, by), a_cut);
-    high_ay = v_select(ay, fmax(ay, by), a_cut);
-    low_bx = v_select(bx, fmin(ax, bx), b_cut);
-    high_bx = v_select(bx, fmax(ax, bx), b_cut);
-    low_by = v_select(by, fmin(ay, by), b_cut);
-    high_by = v_select(by, fmax(ay, by), b_cut);
+    low_ax = v_select(ax, lesser_of(ax, bx), a_cut);
+    high_ax = v_select(ax, greater_of(ax, bx), a_cut);
+    low_ay = v_select(ay, lesser_of(ay, by), a_cut);
+    high_ay = v_select(ay, greater_of(ay, by), a_cut);
+    low_bx = v_select(bx, lesser_of(ax, bx), b_cut);
+    high_bx = v_select(bx, greater_of(ax, bx), b_cut);
+    low_by = v_select(by, lesser_of(ay, by), b_cut);
+    high_by = v_select(by, greater_of(ay, by), b_cut);
     low_ta = v_select(low_ta, low_t, a_cut);
     low_tb = v_select(low_tb, low_t, b_cut);
     high_ta = v_select(high_ta, (vfloat)(2e6f), a_cut);  // HS_BEYOND / (1 - HS_BEYOND), and more
@@ -202,20 +202,20 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
   projected_bounds(low_ay, high_ay, low_p.y, high_p.y, low_ta, high_ta, slack, &aly, &ahy);
   projected_bounds(low_bx, high_bx, low_p.x, high_p.x, low_tb, high_tb, slack, &blx, &bhx);
   projected_bounds(low_by, high_by, low_p.y, high_p.y, low_tb, high_tb, slack, &bly, &bhy);
-  const vfloat lx = fmin(alx, blx), hx = fmax(ahx, bhx), ly = fmin(aly, bly), hy = fmax(ahy, bhy);
+  const vfloat lx = lesser_of(alx, blx), hx = greater_of(ahx, bhx), ly = lesser_of(aly, bly), hy = greater_of(ahy, bhy);
   // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
   const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
   const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
   const vfloat half_band =
-      0.5f * fmax(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
+      0.5f * greater_of(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
       4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
   const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
   const vint reaches =
       is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
 
   // In units of the radius, and cut to where samples may be: sizes are small then, and little is lost by rounding.
-  const vfloat low_x = fmax(lx * per_radius, -2.0f), high_x = fmin(hx * per_radius, 2.0f);
-  const vfloat low_y = fmax(ly * per_radius, -2.0f), high_y = fmin(hy * per_radius, 2.0f);
+  const vfloat low_x = greater_of(lx * per_radius, -2.0f), high_x = lesser_of(hx * per_radius, 2.0f);
+  const vfloat low_y = greater_of(ly * per_radius, -2.0f), high_y = lesser_of(hy * per_radius, 2.0f);
   const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
              y1 = place_along(high_y, fine);
   v_store(0.5f * (low_x + high_x), bands->mx + to);
@@ -239,8 +239,8 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
 
 // Which samples an edge may pass over.
 HS_INLINE vint swept_by(const Bands* bands, int k, vfloat sx, vfloat sy) {
-  const vfloat outside = fmax(fabs(sx - bands->mx[k]) - bands->half_x[k], fabs(sy - bands->my[k]) - bands->half_y[k]);
-  return fmax(outside, fabs(sx * bands->ey[k] - sy * bands->ex[k] - bands->c[k]) - bands->reach[k]) <= 0.0f;
+  return v_not((fabs(sx - bands->mx[k]) > bands->half_x[k]) | (fabs(sy - bands->my[k]) > bands->half_y[k]) |
+               (fabs(sx * bands->ey[k] - sy * bands->ex[k] - bands->c[k]) > bands->reach[k]));
 }
 
 // Finds the samples that each edge of the list may pass over as receivers of the region move. False if they are, or seem to
@@ -253,7 +253,7 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   __global const ushort* cell_first = set->cells;
   __global const ushort* cell_sample = set->cells + grid * grid + 1;
   Bands bands;
-  sweep->run_count = sweep->pair_count = 0;
+  int run_count = 0, pair_count = 0;
   sweep->pairs_per_edge = 0.0f;
   // Step by step for many edges: what a step of one edge waits for is hidden by those of others. Few at first, for there may soon
   // be too many samples.
@@ -278,26 +278,29 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
       const int k = swept[i], window = bands.window[k];
       __global const float* xy = set->window_xy + window * (2 * HS_WINDOW_SAMPLES);
       add_pairs(list, first, from + k, disc.radius, v_load(xy), v_load(xy + HS_WINDOW_SAMPLES),
-                set->windows + window * HS_WINDOW_SAMPLES, (uint)swept_bits[i], sweep);
+                set->windows + window * HS_WINDOW_SAMPLES, (uint)swept_bits[i], sweep, &run_count, &pair_count);
     }
     // So many are not yet too many, if the rest of the list is like its beginning.
     const int allowed = min(256 + most / 4 + (int)((float)most * (float)(from - first) / (float)count), HS_PAIRS);
-    for (int i = 0; i < bands.wide_count && sweep->pair_count <= allowed; ++i) {
+    for (int i = 0; i < bands.wide_count && pair_count <= allowed; ++i) {
       const int k = bands.wide[i];
       for (int y = bands.y0[k] / 2; y <= bands.y1[k] / 2; ++y) {
         const int row_end = cell_first[y * grid + bands.x1[k] / 2 + 1];
         for (int cell = cell_first[y * grid + bands.x0[k] / 2]; cell < row_end; cell += HS_LANES) {
           const vfloat sx = v_load(cell_x + cell), sy = v_load(cell_y + cell);
           const vint inside = (v_iota < row_end - cell) & swept_by(&bands, k, sx, sy);
-          add_pairs(list, first, from + k, disc.radius, sx, sy, cell_sample + cell, lane_bits(inside), sweep);
+          add_pairs(list, first, from + k, disc.radius, sx, sy, cell_sample + cell, lane_bits(inside), sweep, &run_count,
+                    &pair_count);
         }
       }
     }
-    if (sweep->pair_count > allowed) {
-      sweep->pairs_per_edge = (float)sweep->pair_count / (float)(end - first);
+    if (pair_count > allowed) {
+      sweep->pairs_per_edge = (float)pair_count / (float)(end - first);
       return false;
     }
   }
+  sweep->run_count = run_count;
+  sweep->pair_count = pair_count;
   return true;
 }
 
@@ -327,8 +330,11 @@ typedef struct {
   float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
   float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
   int left0[HS_LOADED], jump[HS_LOADED];
-  int between[(HS_GROUP_VECTORS + 1) * HS_LOADED];  // those that may be passed on the way to a vector of receivers, and
-  int between_count;                                // HS_LOADED times its number
+  int row[HS_LOADED];          // where the sample's jumps begin
+  int edge_before[HS_LOADED];  // not 0 where the edge is before all receivers: what passes it passes behind it
+  // Those that may be passed on the way to one vector of receivers; of these, with edges before and with edges that may not be.
+  int before[HS_LOADED + HS_LANES], beside[HS_LOADED + HS_LANES];
+  int before_count, beside_count;
 } Pairs;
 
 // Loads the pairs of runs from number *run on, which begins at pair `at`, as many as there is room for; *run: the first that is
@@ -337,7 +343,8 @@ typedef struct {
 int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep,
                int at, int* run, Pairs* pairs) {
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
-  const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z), slack = 1e-5f;
+  const float across = 2.0f * (region->half_size.x + region->half_size.y + region->half_size.z);
+  const float nearest_z = (region->middle.z - region->half_size.z) * (1.0f - 1e-5f);
   const int n = (int)disc.sample_count;
   const float radius = disc.radius;
   int count = 0;
@@ -357,7 +364,6 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     pairs->sx[k] = set->samples[sample];
     pairs->sy[k] = set->samples[n + sample];
   }
-  pairs->between_count = 0;
   for (int to = 0; to < count; to += HS_LANES) {
     const vfloat ax = v_load(pairs->ax + to), ay = v_load(pairs->ay + to), az = v_load(pairs->az + to);
     const vfloat bx = v_load(pairs->bx + to), by = v_load(pairs->by + to), bz = v_load(pairs->bz + to);
@@ -371,6 +377,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
     v_store(from0 > 0.0f, pairs->left0 + to);
     const vint some = v_iota < count - to;
+    v_store(greater_of(az, bz) < nearest_z, pairs->edge_before + to);
     for (uint bits = lane_bits(some & (fabs(from0) <= unsure)); bits != 0; bits &= bits - 1) {
       const int k = to + first_lane(bits);
       const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
@@ -380,7 +387,8 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     }
     const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
     const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
-    const vint left0 = v_load(pairs->left0 + to), m = v_load(sweep->pair_what + at + to) >> 16;
+    const vint left0 = v_load(pairs->left0 + to), what = v_load(sweep->pair_what + at + to), m = what >> 16;
+    v_store((what & 0xffff) * HS_GROUP_VECTORS, pairs->row + to);
     const vfloat away = v_select((vfloat)(1.0f), (vfloat)(-1.0f), left0), away_x = nx * away, away_y = ny * away,
                  away_z = nz * away, away0 = from0 * away;
     v_store(v_select(m, -m, left0), pairs->jump + to);
@@ -395,29 +403,68 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     v_store(m_bx, pairs->m_bx + to);
     v_store(m_by, pairs->m_by + to);
     v_store(m_bz, pairs->m_bz + to);
-
-    for (int v = 0; v * HS_LANES < sweep->count; ++v) {
-#pragma OPENCL FP_CONTRACT ON
-      const Bounds *way = &sweep->way, *direction = &sweep->direction;
-      const vfloat from = away_x * way->x[v] + away_y * way->y[v] + away_z * way->z[v] + away0;
-      const vfloat from_reach = fabs(nx) * way->half_x[v] + fabs(ny) * way->half_y[v] + fabs(nz) * way->half_z[v] + unsure;
-      const float hx = direction->half_x[v] + slack, hy = direction->half_y[v] + slack, hz = direction->half_z[v] + slack;
-      const vfloat a_side = m_ax * direction->x[v] + m_ay * direction->y[v] + m_az * direction->z[v],
-                   a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
-      const vfloat b_side = m_bx * direction->x[v] + m_by * direction->y[v] + m_bz * direction->z[v],
-                   b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
-      const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
-      const uint bits = lane_bits(some & v_not(same) & (from >= -from_reach));
-      append_chosen(v * HS_LOADED + to + v_iota, bits, pairs->between, &pairs->between_count);
-    }
   }
   return count;
+}
+
+// Finds which of `count` pairs the ways to vector v of receivers may pass.
+HS_INLINE void find_between(const Sweep* sweep, int count, int v, Pairs* pairs) {
+#pragma OPENCL FP_CONTRACT ON
+  const Bounds *way = &sweep->way, *direction = &sweep->direction;
+  const float slack = 1e-5f;
+  const float hx = direction->half_x[v] + slack, hy = direction->half_y[v] + slack, hz = direction->half_z[v] + slack;
+  int before_count = 0, beside_count = 0;
+  for (int k = 0; k < count; k += HS_LANES) {
+    const vfloat nx = v_load(pairs->nx + k), ny = v_load(pairs->ny + k), nz = v_load(pairs->nz + k);
+    const vfloat from = nx * way->x[v] + ny * way->y[v] + nz * way->z[v] + v_load(pairs->from0 + k);
+    const vfloat from_reach =
+        fabs(nx) * way->half_x[v] + fabs(ny) * way->half_y[v] + fabs(nz) * way->half_z[v] + v_load(pairs->unsure + k);
+    const vfloat m_ax = v_load(pairs->m_ax + k), m_ay = v_load(pairs->m_ay + k), m_az = v_load(pairs->m_az + k);
+    const vfloat m_bx = v_load(pairs->m_bx + k), m_by = v_load(pairs->m_by + k), m_bz = v_load(pairs->m_bz + k);
+    const vfloat a_side = m_ax * direction->x[v] + m_ay * direction->y[v] + m_az * direction->z[v],
+                 a_reach = fabs(m_ax) * hx + fabs(m_ay) * hy + fabs(m_az) * hz;
+    const vfloat b_side = m_bx * direction->x[v] + m_by * direction->y[v] + m_bz * direction->z[v],
+                 b_reach = fabs(m_bx) * hx + fabs(m_by) * hy + fabs(m_bz) * hz;
+    const vint same = ((a_side > a_reach) & (b_side > b_reach)) | ((a_side < -a_reach) & (b_side < -b_reach));
+    const uint bits = lane_bits((v_iota < count - k) & v_not(same) & (from >= -from_reach));
+    const uint edge_before = lane_bits(v_load(pairs->edge_before + k) != 0);
+    append_chosen(k + v_iota, bits & edge_before, pairs->before, &before_count);
+    append_chosen(k + v_iota, bits & ~edge_before, pairs->beside, &beside_count);
+  }
+  pairs->before_count = before_count;
+  pairs->beside_count = beside_count;
+}
+
+// Which ways to vector v of receivers pass pair k's edge, or the line of sight beyond it: those after which the sample is on the
+// edge's other side, while its ends are on different sides of the plane through the sample and the way. *from, *da, *db: how far
+// they are.
+HS_INLINE vint ways_across(const HsDisc disc, const Sweep* sweep, const Pairs* pairs, int v, int k, vfloat dx, vfloat dy,
+                           vfloat dz, vfloat* from, vfloat* da, vfloat* db) {
+#pragma OPENCL FP_CONTRACT ON
+  *from = pairs->from0[k] + pairs->nx[k] * dx + pairs->ny[k] * dy + pairs->nz[k] * dz;
+  vfloat side = *from;
+  const vint doubtful = fabs(*from) <= pairs->unsure[k];
+  if (v_any(doubtful)) {
+    const vint left0 = (vint)(pairs->left0[k]), turned = side > 0.0f;
+    const vint left =
+        left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]), (float3)(pairs->bx[k], pairs->by[k], pairs->bz[k]),
+                       (float2)(pairs->sx[k], pairs->sy[k]), disc.radius, v_load(sweep->x + v * HS_LANES),
+                       v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES), turned ^ left0);
+    side = v_select(side, v_select((vfloat)(-1.0f), (vfloat)(1.0f), left ^ left0), doubtful);
+  }
+  // Fused alike for both ends, so that a vertex is on one side of the way, by its sign bit, whichever edge asks.
+  *da = pairs->m_ax[k] * dx + pairs->m_ay[k] * dy + pairs->m_az[k] * dz;
+  *db = pairs->m_bx[k] * dx + pairs->m_by[k] * dy + pairs->m_bz[k] * dz;
+  return ((v_as_int(*da) ^ v_as_int(*db)) & ~v_as_int(side)) < 0;
+}
+
+HS_INLINE void add_jump(Sweep* sweep, const Pairs* pairs, int v, int k, vint passes) {
+  sweep->jumps[pairs->row[k] + v] += v_short_of(passes) & (short16)((short)pairs->jump[k]);
 }
 
 // Adds up J of all changing samples and receivers. False if an edge meets the way between receivers, as nearly as can be told.
 bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
-  const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
   const int n = (int)disc.sample_count;
   for (int sample = 0; sample < n; ++sample) {
     sweep->changes[sample] = 0;
@@ -426,32 +473,27 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
   for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
-    for (int i = 0; i < pairs.between_count; ++i) {
-#pragma OPENCL FP_CONTRACT ON
-      const int v = pairs.between[i] / HS_LOADED, k = pairs.between[i] & (HS_LOADED - 1);
+    for (int v = 0; v * HS_LANES < sweep->count; ++v) {
+      find_between(sweep, loaded, v, &pairs);
       const vfloat dx = v_load(sweep->dx + v * HS_LANES), dy = v_load(sweep->dy + v * HS_LANES),
                    dz = v_load(sweep->dz + v * HS_LANES);
-      const float az = pairs.az[k], bz = pairs.bz[k];
-      const vfloat from = pairs.nx[k] * dx + pairs.ny[k] * dy + pairs.nz[k] * dz + pairs.from0[k];
-      vint turned = from > 0.0f;
-      const vint doubtful = fabs(from) <= pairs.unsure[k];
-      if (v_any(doubtful)) {
-        const vint left0 = (vint)(pairs.left0[k]);
-        const vint left = left_as_walked((float3)(pairs.ax[k], pairs.ay[k], az), (float3)(pairs.bx[k], pairs.by[k], bz),
-                                         (float2)(pairs.sx[k], pairs.sy[k]), disc.radius, v_load(sweep->x + v * HS_LANES),
-                                         v_load(sweep->y + v * HS_LANES), v_load(sweep->z + v * HS_LANES), turned ^ left0);
-        turned = v_select(turned, left ^ left0, doubtful);
+      for (int i = 0; i < pairs.before_count; ++i) {
+        const int k = pairs.before[i];
+        vfloat from, da, db;
+        add_jump(sweep, &pairs, v, k, ways_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db));
       }
-      // Fused alike for both ends, so that a vertex is on one side of the way, whichever edge asks.
-      const vfloat da = pairs.m_ax[k] * dx + pairs.m_ay[k] * dy + pairs.m_az[k] * dz,
-                   db = pairs.m_bx[k] * dx + pairs.m_by[k] * dy + pairs.m_bz[k] * dz;
-      const vint passes = turned & ((da >= 0.0f) ^ (db >= 0.0f));
-      // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
-      const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
-      const vfloat edge_z = (az * size_b + bz * size_a) * sum, way_z = (p0.z * sum + dz * size0) * (size_a + size_b);
-      meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
-      const int sample = sweep->pair_what[at + k] & 0xffff;
-      sweep->jumps[sample * HS_GROUP_VECTORS + v] += v_short_of(passes & (edge_z < way_z)) & (short16)((short)pairs.jump[k]);
+      for (int i = 0; i < pairs.beside_count; ++i) {
+#pragma OPENCL FP_CONTRACT ON
+        const int k = pairs.beside[i];
+        vfloat from, da, db;
+        const vint passes = ways_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db);
+        // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
+        const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
+        const vfloat edge_z = (pairs.az[k] * size_b + pairs.bz[k] * size_a) * sum;
+        const vfloat way_z = (sweep->z[0] * sum + dz * size0) * (size_a + size_b);
+        meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
+        add_jump(sweep, &pairs, v, k, passes & (edge_z < way_z));
+      }
     }
     if (v_any(meets)) return false;
   }
