@@ -36,7 +36,7 @@ inline int clip_triangle(const HsView view, float3 a, float3 b, float3 c, int4* 
     count = kept;
   }
   for (int i = 0; i < count; ++i) {
-    in[i].z = fmax(in[i].z, view.znear);
+    in[i].z = max(in[i].z, view.znear);
     polygon[i] = (int4)(snap_px(in[i]), as_int(1.0f / in[i].z), 0);
   }
   return count;

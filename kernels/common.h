@@ -61,10 +61,10 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
 }
 #define v_all(m) (lane_bits(m) == 0xffffu)
 HS_INLINE float v_least(float16 v) {
-  const float8 a = select(v.hi, v.lo, v.lo < v.hi);
-  const float4 b = select(a.hi, a.lo, a.lo < a.hi);
-  const float2 c = select(b.hi, b.lo, b.lo < b.hi);
-  return c.x < c.y ? c.x : c.y;
+  const float8 a = min(v.lo, v.hi);
+  const float4 b = min(a.lo, a.hi);
+  const float2 c = min(b.lo, b.hi);
+  return min(c.x, c.y);
 }
 #define v_first(v) ((v).s0)
 #define v_as_int as_int16
@@ -140,14 +140,6 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define HS_FOR_TEXELS(x, y, x0, y0, x1, y1) HS_FOR_ROWS(y, y0, y1) HS_FOR_COLUMNS(x, x0, x1)
 #define HS_SLOT(x, y) 0
 #endif
-
-// The lesser and the greater of two numbers. fmin and fmax have to look out for those that are none: five instructions for one.
-HS_INLINE vfloat lesser_of(vfloat a, vfloat b) {
-  return v_select(b, a, a < b);
-}
-HS_INLINE vfloat greater_of(vfloat a, vfloat b) {
-  return v_select(b, a, a > b);
-}
 
 // The first lane of lane_bits that are not 0.
 HS_INLINE int first_lane(uint bits) {

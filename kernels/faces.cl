@@ -10,7 +10,7 @@ inline float3 face_normal(float3 a, float3 b, float3 c, float3* anchor) {
 
 // Of length 1, or 0 for a face without area. Scaled first: the square of a tiny face's normal would underflow.
 HS_INLINE float3 unit_normal(float3 n) {
-  const float largest = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
+  const float largest = max(fabs(n.x), max(fabs(n.y), fabs(n.z)));
   if (!(largest > 0.0f)) return (float3)(0.0f);
   n /= largest;
   return n * (1.0f / sqrt(dot(n, n)));

@@ -5,7 +5,7 @@
 // which is where Chan & Durand's alpha' (Eq. 1) reaches 1, the radius of Wyman & Hansen's cone (§2.1), and the width of Cai's
 // fins (Eq. 3).
 HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
-  const float beyond = fmax(d - d_far, 0.0f);
+  const float beyond = max(d - d_far, 0.0f);
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 

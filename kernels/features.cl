@@ -18,8 +18,8 @@ HS_INLINE float ball_skew(float2 q, float2 normal, float2 along) {
 // |q - p| < R d sqrt(1 + p^2) - R d_far (1 + q . p) / sqrt(1 + p^2), with p the receiver's place, within the face.
 HS_INLINE float ball_reach_px(const HsFinShape shape, float2 q, float d, float d_far) {
   const float radius = (shape.width_px > 0.0f ? shape.width_px / d : shape.radius_px) * shape.ball_q_per_px;
-  const float from_axis = sqrt(dot(q, q)) + 2.0f * radius * d, stretch = fmin(sqrt(1.0f + from_axis * from_axis), 3.0f);
-  return radius * (stretch * d - d_far * fmax(1.0f - 1.5f * stretch * radius * d, 0.0f)) / shape.ball_q_per_px;
+  const float from_axis = sqrt(dot(q, q)) + 2.0f * radius * d, stretch = min(sqrt(1.0f + from_axis * from_axis), 3.0f);
+  return radius * (stretch * d - d_far * max(1.0f - 1.5f * stretch * radius * d, 0.0f)) / shape.ball_q_per_px;
 }
 
 HS_INLINE float reach_at(const HsFinShape shape, float2 q, float d, float d_far) {
@@ -44,8 +44,8 @@ HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 qa,
                b_reach = (outward + along * ball_skew(qb, outward, along)) * reach_at(shape, qb, b.z, d_far);
   const float inner = shape.two_sided ? 1.0f : 0.0f;
   const float2 a_out = a.xy + a_reach, b_out = b.xy + b_reach, a_in = a.xy - a_reach * inner, b_in = b.xy - b_reach * inner;
-  *low = fmin(fmin(a_in, b_in), fmin(a_out, b_out));
-  *high = fmax(fmax(a_in, b_in), fmax(a_out, b_out));
+  *low = min(min(a_in, b_in), min(a_out, b_out));
+  *high = max(max(a_in, b_in), max(a_out, b_out));
 }
 
 // The box about a corner's sector (the wedge of HsFeature, out to `reach`): its apex, its two sides, and the axes inside it.
@@ -54,10 +54,10 @@ HS_INLINE void bound_sector(float2 apex, float2 h0, float2 h1, float reach, floa
   const float2 side1 = (float2)(-h1.y, h1.x) * (h1.x * h0.y - h1.y * h0.x >= 0.0f ? 1.0f : -1.0f);
   const float2 most = (float2)(h0.x >= 0.0f && h1.x >= 0.0f, h0.y >= 0.0f && h1.y >= 0.0f);
   const float2 least = (float2)(h0.x <= 0.0f && h1.x <= 0.0f, h0.y <= 0.0f && h1.y <= 0.0f);
-  *low = apex + reach * fmin(fmin(side0, side1), -least);
-  *high = apex + reach * fmax(fmax(side0, side1), most);
-  *low = fmin(*low, apex);
-  *high = fmax(*high, apex);
+  *low = apex + reach * min(min(side0, side1), -least);
+  *high = apex + reach * max(max(side0, side1), most);
+  *low = min(*low, apex);
+  *high = max(*high, apex);
 }
 
 // The texels that a box may reach, inclusive: centres lie at +0.5; a texel of slack absorbs the rounding of coordinates far
@@ -127,7 +127,7 @@ HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, const HsFinShape shape,
   const float3 v = vertices_ls[vertex].xyz;
   float3 o = vertices_ls[other].xyz;
   if (o.z < view.znear) o = v + (v.z - view.znear) / (v.z - o.z) * (o - v);
-  o.z = fmax(o.z, view.znear);
+  o.z = max(o.z, view.znear);
   EdgeAtVertex e;
   const float2 along = apex_px.xy - drawn_px(view, o, vertices_px[other]).xy;
   const float length_px = sqrt(dot(along, along));
@@ -265,11 +265,11 @@ __kernel void build_features(const HsView view, HsFinShape shape, const uint lay
                    tile_counts, status);
 
     float3 a = vertices_ls[ends.x].xyz, b = vertices_ls[ends.y].xyz;
-    if (!(fmax(a.z, b.z) > view.znear)) continue;
+    if (!(max(a.z, b.z) > view.znear)) continue;
     if (a.z < view.znear) a = b + (b.z - view.znear) / (b.z - a.z) * (a - b);
     if (b.z < view.znear) b = a + (a.z - view.znear) / (a.z - b.z) * (b - a);
-    a.z = fmax(a.z, view.znear);
-    b.z = fmax(b.z, view.znear);
+    a.z = max(a.z, view.znear);
+    b.z = max(b.z, view.znear);
     float3 from = drawn_px(view, a, vertices_px[ends.x]), to = drawn_px(view, b, vertices_px[ends.y]);
     if (multiplicities[edge] < 0) {
       const float3 swap = from;

@@ -47,12 +47,12 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
     t.length_px = sqrt(dot(b - t.a, b - t.a));
     t.t = (b - t.a) / t.length_px;
     t.d_step = (f.bd - f.ad) / t.length_px;
-    t.d_low = fmin(f.ad, f.bd);
-    t.d_high = fmax(f.ad, f.bd);
+    t.d_low = min(f.ad, f.bd);
+    t.d_high = max(f.ad, f.bd);
     const float2 outward = (float2)(t.t.y, -t.t.x), end_q = ball_q(view, shape, (float2)(f.bx, f.by));
     t.skew = ball_skew(t.q, outward, t.t);
     t.end_skew = ball_skew(end_q, outward, t.t);
-    reach = fmax(reach, reach_at(shape, end_q, f.bd, view.d_far));
+    reach = max(reach, reach_at(shape, end_q, f.bd, view.d_far));
     bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), t.q, end_q, outward, view.d_far, &low, &high);
   } else {
     bound_sector(t.a, t.h0, t.h1, reach, &low, &high);
@@ -77,10 +77,10 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.span_step = select((float4)(0.0f), -slope_y / slope_x, bounds_x);
   low -= HS_SPAN_SLACK_PX;
   high += HS_SPAN_SLACK_PX;
-  t.x0 = max((int)ceil(fmax(low.x, -1.0f)), 0);
-  t.x1 = min((int)floor(fmin(high.x, (float)HS_TILE)), x_end - 1);
-  t.y0 = max((int)ceil(fmax(low.y, -1.0f)), 0);
-  t.y1 = min((int)floor(fmin(high.y, (float)HS_TILE)), y_end - 1);
+  t.x0 = max((int)ceil(max(low.x, -1.0f)), 0);
+  t.x1 = min((int)floor(min(high.x, (float)HS_TILE)), x_end - 1);
+  t.y0 = max((int)ceil(max(low.y, -1.0f)), 0);
+  t.y1 = min((int)floor(min(high.y, (float)HS_TILE)), y_end - 1);
   return t;
 }
 
@@ -97,15 +97,15 @@ HS_INLINE vint ball_distance(const TileFeature* f, int x, int y, vfloat* delta_p
     const vfloat delta = *delta_px * f->q_per_px;
     const float s = f->q.x * f->t.y - f->q.y * f->t.x, skew = 0.5f * (f->skew + f->end_skew);
     facing = p2 - delta * (px * (f->t.y + skew * f->t.x) + py * (skew * f->t.y - f->t.x));
-    distance = delta / sqrt(fmax(1.0f + s * s - delta * delta / p2, 1e-6f));
+    distance = delta / sqrt(max(1.0f + s * s - delta * delta / p2, 1e-6f));
   } else {
     const vfloat rx = px - f->q.x, turned = px * f->q.y - py * f->q.x;
     const float ry = py - f->q.y;
     facing = 1.0f + px * f->q.x + py * f->q.y;
-    distance = copysign(sqrt((rx * rx + ry * ry + turned * turned) * p2) / fmax(facing, 1e-6f), *delta_px);
+    distance = copysign(sqrt((rx * rx + ry * ry + turned * turned) * p2) / max(facing, 1e-6f), *delta_px);
   }
   *delta_px = distance / f->q_per_px;
-  *d *= p2 / fmax(facing, 1e-6f);
+  *d *= p2 / max(facing, 1e-6f);
   return facing > 0.0f;
 }
 
@@ -141,8 +141,8 @@ HS_INLINE int2 feature_span(const TileFeature* f, int y) {
   const float ry = (float)y - f->a.y;
   const float4 at = f->span + ry * f->span_step;
   const float4 low = select((float4)(-1.0f), at, f->span_is_low), high = select(at, (float4)(HS_TILE), f->span_is_low);
-  return (int2)((int)ceil(clamp(fmax(fmax(low.x, low.y), fmax(low.z, low.w)), -1.0f, (float)HS_TILE)),
-                (int)floor(clamp(fmin(fmin(high.x, high.y), fmin(high.z, high.w)), -1.0f, (float)HS_TILE)));
+  return (int2)((int)ceil(clamp(max(max(low.x, low.y), max(low.z, low.w)), -1.0f, (float)HS_TILE)),
+                (int)floor(clamp(min(min(high.x, high.y), min(high.z, high.w)), -1.0f, (float)HS_TILE)));
 }
 
 // A tile's part in a rasterization of features.
@@ -235,9 +235,9 @@ HS_INLINE float load_receivers(const HsView view, const FeatureTile tile, __glob
   HS_FOR_TILE_TEXELS(tile, {
     const vfloat d = max(1.0f / load_lanes(shadow_map, texel, valid), view.d_far);
     v_store(d, d_receiver + slot);
-    least = fmin(least, d);
+    least = min(least, d);
   })
-  return fmax(v_least(least), view.d_far);
+  return max(v_least(least), view.d_far);
 }
 
 // ------------------------------------------------------------------------------------------------------------- smoothies
@@ -268,7 +268,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     view.d_far = load_receivers(view, tile, shadow_map, d_receiver);
     HS_FOR_FEATURE_TEXELS(tile, , {
       const vfloat d_r = v_load(d_receiver + slot);
-      const vfloat alpha = smoothie_alpha(shape, fmax(delta_px, 0.0f), d, d_r);
+      const vfloat alpha = smoothie_alpha(shape, max(delta_px, 0.0f), d, d_r);
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (alpha < 1.0f);
       v_store(v_select(v_load(nearest_d + slot), max(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
       v_store(v_select(v_load(least_alpha + slot), min(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
@@ -301,11 +301,11 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const float inverse_radius = 1.0f / shape.radius_px;
     HS_FOR_FEATURE_TEXELS(tile, , {
       const vfloat d_r = v_load(d_receiver + slot);
-      const vfloat d_f = d - fmax(delta_px, 0.0f) * inverse_radius;
+      const vfloat d_f = d - max(delta_px, 0.0f) * inverse_radius;
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (d_f > d_r);
       // (1/d_f - 1/d) / (1/d_r - 1/d) over one denominator.
       const vfloat intensity = (d - d_f) * d_r / ((d - d_r) * d_f);
-      v_store(v_select(v_load(darkest + slot), fmin(v_load(darkest + slot), intensity), shadows), darkest + slot);
+      v_store(v_select(v_load(darkest + slot), min(v_load(darkest + slot), intensity), shadows), darkest + slot);
     })
     // Falloffs rise, so the darkest stays the darkest.
     HS_FOR_TILE_TEXELS(tile, store_lanes(falloff_of(v_load(darkest + slot), falloff), penumbra_map, texel, valid);)

@@ -59,7 +59,7 @@ HS_INLINE void store_edge(__global EdgeBlock* blocks, uint i, float3 a, float3 b
 
 // The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
 HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
-  if (!(fmax(a->z, b->z) > 0.0f)) return false;
+  if (!(max(a->z, b->z) > 0.0f)) return false;
   const float3 from = *a, to = *b;
   const float t = from.z / (from.z - to.z);
   const float3 cut = (float3)(from.xy + (to.xy - from.xy) * t, 0.0f);
@@ -155,7 +155,7 @@ __kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* 
     }
     if (cuts == 2) {
       const float2 along = entering.xy - leaving.xy;
-      const float t = clamp(-dot(leaving.xy, along) / fmax(dot(along, along), 1e-30f), 0.0f, 1.0f);
+      const float t = clamp(-dot(leaving.xy, along) / max(dot(along, along), 1e-30f), 0.0f, 1.0f);
       const float2 nearest = leaving.xy + along * t;
       const uint side = disc_sides[triangle];
       if (dot(nearest, nearest) <= radius * radius * 1.01f)

@@ -81,8 +81,8 @@ HS_INLINE bool set_up_triangle(const HsView view, int4 p, int4 q, int4 r, int2 t
   const float scale = (float)HS_SUBPIXEL / (float)area;
   t->d_dx = ((dq - dp) * (float)pr.y - (dr - dp) * (float)pq.y) * scale;
   t->d_dy = ((dr - dp) * (float)pq.x - (dq - dp) * (float)pr.x) * scale;
-  t->d_min = fmin(dp, fmin(dq, dr));
-  t->d_max = fmax(dp, fmax(dq, dr));
+  t->d_min = min(dp, min(dq, dr));
+  t->d_max = max(dp, max(dq, dr));
   const int2 anchor = dp == t->d_min ? p.xy : dq == t->d_min ? q.xy : r.xy;
   const float2 from_anchor = convert_float2(first_centre - anchor) * (1.0f / HS_SUBPIXEL);
   t->d = t->d_min + (t->d_dx * from_anchor.x + t->d_dy * from_anchor.y);

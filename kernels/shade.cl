@@ -41,7 +41,7 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
       const vfloat edge = light->tan_half_cone * z_ls;
       const vint no_cone = (vint)(light->tan_half_cone == 0.0f ? -1 : 0);
       const vint in_cone = no_cone | ((z_ls > 0.0f) & (fabs(x_ls) <= edge) & (fabs(y_ls) <= edge));
-      const vfloat cosine = (nx * lx + ny * ly + nz * lz) / sqrt(fmax(lx * lx + ly * ly + lz * lz, 1e-30f));
+      const vfloat cosine = (nx * lx + ny * ly + nz * lz) / sqrt(max(lx * lx + ly * ly + lz * lz, 1e-30f));
       const vfloat seen_fraction = load_lanes(visibility, (size_t)camera.width_px * camera.height_px * i + first, valid);
       vfloat seen_red = seen_fraction, seen_green = seen_fraction, seen_blue = seen_fraction;
       if (light->tint_plane >= 0) {
@@ -51,7 +51,7 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
         seen_green = v_select(seen_green, g, own > 0.0f);
         seen_blue = v_select(seen_blue, b, own > 0.0f);
       }
-      const vfloat received = v_select((vfloat)(0.0f), fmax(cosine, 0.0f), in_cone);
+      const vfloat received = v_select((vfloat)(0.0f), max(cosine, 0.0f), in_cone);
       red += light->color.x * (received * seen_red);
       green += light->color.y * (received * seen_green);
       blue += light->color.z * (received * seen_blue);

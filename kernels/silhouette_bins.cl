@@ -23,7 +23,7 @@ typedef struct {
 
 HS_INLINE void project_to_map(const HsView view, vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, MapEdges* e) {
 #pragma OPENCL FP_CONTRACT ON
-  e->everywhere = lesser_of(az, bz) < view.znear * 0.5f;
+  e->everywhere = min(az, bz) < view.znear * 0.5f;
   e->da = 1.0f / az;
   e->db = 1.0f / bz;
   e->ax = ax * e->da * view.px_from_q.x + view.px_from_q.y;
@@ -34,7 +34,7 @@ HS_INLINE void project_to_map(const HsView view, vfloat ax, vfloat ay, vfloat az
 
 // How far from an end of an edge in the map receivers may be that have it before their disc, or within HS_NEAR_PX of it.
 HS_INLINE vfloat edge_reach(float radius_px, vfloat d, vfloat d_far) {
-  return radius_px * greater_of(d - d_far, 0.0f) + (HS_NEAR_PX + 0.25f);
+  return radius_px * max(d - d_far, 0.0f) + (HS_NEAR_PX + 0.25f);
 }
 
 // Which edges receivers within half_px of a place in the map may be as near to. d_far: 1/z of the farthest of them.
@@ -43,11 +43,11 @@ HS_INLINE vint reach_receivers(const MapEdges* e, float radius_px, float2 middle
   const vfloat ax = e->ax - middle_px.x, ay = e->ay - middle_px.y, bx = e->bx - middle_px.x, by = e->by - middle_px.y;
   const vfloat ra = edge_reach(radius_px, e->da, (vfloat)(d_far)), rb = edge_reach(radius_px, e->db, (vfloat)(d_far));
   const vfloat ex = bx - ax, ey = by - ay;
-  const vfloat limit = greater_of(ra, rb) * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * half_px.y + fabs(ey) * half_px.x;
-  const vint near = (lesser_of(ax - ra, bx - rb) <= half_px.x) & (greater_of(ax + ra, bx + rb) >= -half_px.x) &
-                    (lesser_of(ay - ra, by - rb) <= half_px.y) & (greater_of(ay + ra, by + rb) >= -half_px.y) &
+  const vfloat limit = max(ra, rb) * sqrt(ex * ex + ey * ey) * 1.00001f + fabs(ex) * half_px.y + fabs(ey) * half_px.x;
+  const vint near = (min(ax - ra, bx - rb) <= half_px.x) & (max(ax + ra, bx + rb) >= -half_px.x) &
+                    (min(ay - ra, by - rb) <= half_px.y) & (max(ay + ra, by + rb) >= -half_px.y) &
                     (fabs(ax * ey - ay * ex) <= limit);
-  return e->everywhere | (near & (greater_of(e->da, e->db) >= d_far * HS_BEYOND));
+  return e->everywhere | (near & (max(e->da, e->db) >= d_far * HS_BEYOND));
 }
 
 // A block of edges in the map, and the rectangle that holds them.
@@ -67,11 +67,10 @@ HS_INLINE void load_block(const HsView view, __global const EdgeBlock* block, in
   const vfloat none = (vfloat)(INFINITY);
   in_map->some = some;
   in_map->everywhere = v_any(some & e->everywhere);
-  in_map->low =
-      (float2)(v_least(v_select(none, lesser_of(e->ax, e->bx), some)), v_least(v_select(none, lesser_of(e->ay, e->by), some)));
-  in_map->high = -(float2)(v_least(v_select(none, lesser_of(-e->ax, -e->bx), some)),
-                           v_least(v_select(none, lesser_of(-e->ay, -e->by), some)));
-  in_map->d = -v_least(v_select(none, lesser_of(-e->da, -e->db), some));
+  in_map->low = (float2)(v_least(v_select(none, min(e->ax, e->bx), some)), v_least(v_select(none, min(e->ay, e->by), some)));
+  in_map->high =
+      -(float2)(v_least(v_select(none, min(-e->ax, -e->bx), some)), v_least(v_select(none, min(-e->ay, -e->by), some)));
+  in_map->d = -v_least(v_select(none, min(-e->da, -e->db), some));
 }
 
 HS_INLINE ushort4 rect_of_block(const HsView view, const MapBlock* block, float radius_px) {
@@ -98,7 +97,7 @@ HS_INLINE uint tiles_with_block(const HsView view, const MapBlock* block, float 
   // Where a block is not small against its penumbrae, some of those tiles have none of its edges.
   const float2 size = block->high - block->low;
   uint bits = lane_bits(touches);
-  for (uint left = bits & lane_bits(reach < 4.0f * fmax(size.x, size.y)); left != 0; left &= left - 1) {
+  for (uint left = bits & lane_bits(reach < 4.0f * max(size.x, size.y)); left != 0; left &= left - 1) {
     const int lane = first_lane(left);
     const float2 middle_px = (float2)(HS_FLOAT_LANE(middle_x, lane), middle_y);
     if (!v_any(block->some & reach_receivers(&block->edges, radius_px, middle_px, (float2)(half_px), HS_FLOAT_LANE(d_far, lane))))

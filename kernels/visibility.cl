@@ -60,8 +60,8 @@ HS_INLINE PixelPlace place_pixels(const HsView light, const HsReceiverView view,
     p.error = distance_from_camera(view, p.x, p.y, p.z, p.w) * (view.size_per_px * (1.0f / 256.0f));
   }
   // Receivers that a directional light's view does not reach, which can only be a caller's own, count as at its end.
-  p.w = fmax(p.w, 1e-20f);
-  const vfloat inverse_z = 1.0f / fmax(p.z, 1e-20f);
+  p.w = max(p.w, 1e-20f);
+  const vfloat inverse_z = 1.0f / max(p.z, 1e-20f);
   p.d = p.w * inverse_z;
   p.qx = p.x * inverse_z;
   p.qy = p.y * inverse_z;
@@ -100,7 +100,7 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
 
   // n . p = n . (q, 1) z is constant on the plane, so 1/z = n . (q, 1) / (n . p): linear in the light map, and of the same slope
   // in a directional light's.
-  const vfloat inverse = -1.0f / fmax(facing, 1e-30f);
+  const vfloat inverse = -1.0f / max(facing, 1e-30f);
   r.plane_d = p.d;
   r.error_d = p.error * (view.axis_ws.w != 0.0f ? p.d * p.d : (vfloat)(1.0f / view.unit));
   r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);
@@ -212,7 +212,7 @@ HS_INLINE vfloat visibility_pcf4(const HsView light, const Receiver* r, __global
                lit_at(light, shadow_map, r, column(light, v_int(u) + (i - 1)), row(light, v_int(v) + (j - 1)));
     sum += cubic_weight(j, r->v - v) * along;
   }
-  return fmin(sum, 1.0f);  // the weights add up to 1 but for rounding
+  return min(sum, 1.0f);  // the weights add up to 1 but for rounding
 }
 
 // Lanes whose 2x2 footprint can meet a fin. Fin buffers hold values in every tile that such a footprint can touch.

@@ -54,8 +54,8 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
       vint row = v_int(v_float(pixel) / (float)view.width_px);  // or one off
       row += v_select(v_select((vint)(0), (vint)(1), pixel - row * width >= width), (vint)(-1), pixel < row * width);
       light_space_of_depth(view, v_float(pixel - row * width), v_float(row), z_vs, &x, &y, &z, &w);
-      error = fmax(z_vs * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
-                   view.unit * fmax(fmax(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
+      error = max(z_vs * (view.size_per_px * (1.0f / 128.0f) + 0x1p-21f),
+                  view.unit * max(max(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
     } else {
       vfloat x_ws, y_ws, z_ws, seen;
       v_gather4((__global const float4*)depth_or_position, pixel, &x_ws, &y_ws, &z_ws, &seen);
@@ -76,8 +76,8 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
     // As in locate.
     const vfloat to_slope =
         1.0f /
-        fmin(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z, (vfloat)(-1e-30f));
-    const vfloat inverse_w = 1.0f / fmax(w, (vfloat)(1e-20f));
+        min(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z, (vfloat)(-1e-30f));
+    const vfloat inverse_w = 1.0f / max(w, (vfloat)(1e-20f));
     x *= inverse_w;
     y *= inverse_w;
     z *= inverse_w;
@@ -99,8 +99,8 @@ HS_INLINE void bound_values(const float* values, int first, int end, float* midd
   for (int i = first; i < end; i += HS_LANES) {
     const vint some = v_iota < end - i;
     const vfloat v = v_load(values + i);
-    low = v_select(low, lesser_of(low, v), some);
-    high = v_select(high, greater_of(high, v), some);
+    low = v_select(low, min(low, v), some);
+    high = v_select(high, max(high, v), some);
   }
   const float least = v_least(low), most = -v_least(-high);
   *middle = 0.5f * (least + most);
@@ -263,7 +263,7 @@ HS_INLINE void part_values(float* values, int first, int end, const ushort* chos
 // Parts receivers first .. end in the middle of where they reach farthest. Returns where the second part begins.
 HS_INLINE int split_receivers(Batch* batch, int first, int end, const Region* region) {
   const float3 size = region->half_size;
-  const float* at = size.x >= fmax(size.y, size.z) ? batch->x : size.y >= size.z ? batch->y : batch->z;
+  const float* at = size.x >= max(size.y, size.z) ? batch->x : size.y >= size.z ? batch->y : batch->z;
   const float middle = at == batch->x ? region->middle.x : at == batch->y ? region->middle.y : region->middle.z;
   ushort chosen[HS_BATCH / HS_LANES + 1];
   int low = first;

@@ -69,13 +69,13 @@ HS_INLINE ProjectedEdge project_edge(vfloat ax, vfloat ay, vfloat az, vfloat bx,
   e.ay = ay + (ay - py) * ta;
   e.bx = bx + (bx - px) * tb;
   e.by = by + (by - py) * tb;
-  e.far_z = greater_of(az, bz);
+  e.far_z = max(az, bz);
   return e;
 }
 
 // Grows with the angle from the x axis, 0 .. 4, a quarter turn being 1 (L1 norm). host/light_samples.cpp has the same.
 HS_INLINE vfloat turn_of(vfloat x, vfloat y) {
-  const vfloat t = x / greater_of(fabs(x) + fabs(y), 1e-30f);
+  const vfloat t = x / max(fabs(x) + fabs(y), 1e-30f);
   return v_select(3.0f + t, 1.0f - t, y >= 0.0f);
 }
 
@@ -131,10 +131,10 @@ typedef struct {
 // far.
 HS_INLINE vfloat distance2_of(const ProjectedEdge* e, vfloat* c) {
   const vfloat ex = e->bx - e->ax, ey = e->by - e->ay;
-  const vfloat a2 = e->ax * e->ax + e->ay * e->ay, b2 = e->bx * e->bx + e->by * e->by, e2 = greater_of(ex * ex + ey * ey, 1e-30f);
+  const vfloat a2 = e->ax * e->ax + e->ay * e->ay, b2 = e->bx * e->bx + e->by * e->by, e2 = max(ex * ex + ey * ey, 1e-30f);
   *c = v_select(e->bx * ey - e->by * ex, e->ax * ey - e->ay * ex, a2 <= b2);
   const vint foot_inside = (e->ax * ex + e->ay * ey < 0.0f) & (e->bx * ex + e->by * ey > 0.0f);
-  return v_select(lesser_of(a2, b2), *c * *c / e2, foot_inside);
+  return v_select(min(a2, b2), *c * *c / e2, foot_inside);
 }
 
 // Whether that is within HS_NEAR_PX in the map, of a receiver at depth p_z.
@@ -237,8 +237,8 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
     vfloat ex = bx - ax, ey = by - ay, c = v_load(passing->c + i);
     // Cut to the disc: the wedge holds no more samples than the edge can hide. Ends within the disc stay as they are, so that
     // the edges that meet there agree about every sample.
-    const vfloat inverse = 1.0f / greater_of(ex * ex + ey * ey, 1e-30f);
-    const vfloat half_chord = sqrt(greater_of(disc.reach2 - c * c * inverse, 0.0f) * inverse);
+    const vfloat inverse = 1.0f / max(ex * ex + ey * ey, 1e-30f);
+    const vfloat half_chord = sqrt(max(disc.reach2 - c * c * inverse, 0.0f) * inverse);
     const vfloat foot_x = c * ey * inverse, foot_y = -c * ex * inverse;
     const vint a_out = ax * ax + ay * ay > disc.reach2, b_out = bx * bx + by * by > disc.reach2;
     ax = v_select(ax, foot_x - ex * half_chord, a_out);
@@ -374,7 +374,7 @@ void load_faces_before(const HsView view, const CasterFaces* casters, const Regi
       high = max(a_px.xy, max(b_px.xy, c_px.xy));
       if (high.x < region_low.x || high.y < region_low.y || low.x > region_high.x || low.y > region_high.y) continue;
     }
-    if (fmin(casters->vertices_ls[corner.x].z, fmin(casters->vertices_ls[corner.y].z, casters->vertices_ls[corner.z].z)) >=
+    if (min(casters->vertices_ls[corner.x].z, min(casters->vertices_ls[corner.y].z, casters->vertices_ls[corner.z].z)) >=
         region->far_z)
       continue;
     const int at = faces->count++;
@@ -424,7 +424,7 @@ HS_INLINE void count_triangle(const CasterFaces* casters, uint triangle, const f
     const vfloat bx = map_x(b.x, b.z, px, pz), by = map_x(b.y, b.z, py, pz);
     const vfloat cx = map_x(c.x, c.z, px, pz), cy = map_x(c.y, c.z, py, pz);
     vint turns;
-    if (fmin(a.z, fmin(b.z, c.z)) > 0.0f) {
+    if (min(a.z, min(b.z, c.z)) > 0.0f) {
       turns = winding_of(ax, ay, bx, by) + winding_of(bx, by, cx, cy) - winding_of(ax, ay, cx, cy);
     } else {  // part of it has no place in the map: by the sides of its edges' planes
       const vint ab = left_of_centre(ax, ay, bx, by), bc = left_of_centre(bx, by, cx, cy), ac = left_of_centre(ax, ay, cx, cy);
@@ -447,8 +447,8 @@ HS_INLINE void count_triangles(const HsView view, const CasterFaces* casters, co
     ys[i] = batch->y[from];
     zs[i] = batch->z[from];
     crossings[i] = 0;
-    low_px = fmin(low_px, (float2)(batch->u[from], batch->v[from]));
-    high_px = fmax(high_px, (float2)(batch->u[from], batch->v[from]));
+    low_px = min(low_px, (float2)(batch->u[from], batch->v[from]));
+    high_px = max(high_px, (float2)(batch->u[from], batch->v[from]));
   }
   int2 low, high;
   fixed_bounds(view, low_px, high_px, &low, &high);

@@ -95,14 +95,14 @@ HS_INLINE void bound_vector(vfloat x, vfloat y, vfloat z, int i, Bounds* bounds)
 void load_swept(const Batch* batch, const Region* region, int first, int count, Sweep* sweep) {
   // Directions in the plane in which the group is widest.
   const float3 size = region->half_size;
-  const bool across_x = size.x <= fmin(size.y, size.z), across_y = !across_x && size.y <= size.z;
+  const bool across_x = size.x <= min(size.y, size.z), across_y = !across_x && size.y <= size.z;
   const float* us = (across_x ? batch->y : batch->x) + first;
   const float* vs = (across_x || across_y ? batch->z : batch->y) + first;
   int places[HS_GROUP], next[HS_DIRECTIONS + 1];
   for (int i = 0; i <= HS_DIRECTIONS; ++i) next[i] = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     const vfloat place = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]) * (HS_DIRECTIONS / 4.0f);
-    v_store(v_int(lesser_of(greater_of(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
+    v_store(v_int(min(max(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
   }
   for (int i = 1; i < count; ++i) ++next[places[i] + 1];
   next[0] = 1;
@@ -134,26 +134,43 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   }
 }
 
-// An edge's multiplicity as seen from samples: a receiver that it passes before them is on the other side of its faces' planes.
-HS_INLINE vint multiplicity_at(const EdgePool* list, int i, float radius, vfloat sx, vfloat sy) {
-  const int o0 = list->o0[i], o1 = list->o1[i];
-  const vint front0 = sx * (list->n0x[i] * radius) + sy * (list->n0y[i] * radius) >= list->n0w[i],
-             front1 = sx * (list->n1x[i] * radius) + sy * (list->n1y[i] * radius) >= list->n1w[i];
-  return list->m[i] + v_select((vint)(o0), (vint)(-o0), front0) + v_select((vint)(o1), (vint)(-o1), front1);
+// What tells an edge's multiplicity as seen from samples of the unit disc.
+typedef struct {
+  float n0x, n0y, n0w, n1x, n1y, n1w;
+  int m, o0, o1;
+} EdgeSides;
+
+HS_INLINE void load_sides(const EdgePool* list, int i, float radius, EdgeSides* sides) {
+  sides->n0x = list->n0x[i] * radius;
+  sides->n0y = list->n0y[i] * radius;
+  sides->n0w = list->n0w[i];
+  sides->n1x = list->n1x[i] * radius;
+  sides->n1y = list->n1y[i] * radius;
+  sides->n1w = list->n1w[i];
+  sides->m = list->m[i];
+  sides->o0 = list->o0[i];
+  sides->o1 = list->o1[i];
+}
+
+// It: a receiver that the edge passes before them is on the other side of its faces' planes.
+HS_INLINE vint multiplicity_at(const EdgeSides* sides, vfloat sx, vfloat sy) {
+  const vint front0 = sx * sides->n0x + sy * sides->n0y >= sides->n0w, front1 = sx * sides->n1x + sy * sides->n1y >= sides->n1w;
+  return sides->m + v_select((vint)(sides->o0), (vint)(-sides->o0), front0) +
+         v_select((vint)(sides->o1), (vint)(-sides->o1), front1);
 }
 
 // Where coordinates of the unit disc lie in a grid; limited while they are not integers yet, for which they may be too large.
 HS_INLINE vint place_along(vfloat x, int cells) {
-  return v_int(lesser_of(greater_of((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
+  return v_int(min(max((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
 }
 
-// Adds a pair of an edge and each of the lanes `swept` of samples, whose numbers are in `samples`, where it has a multiplicity.
-HS_INLINE void add_pairs(const EdgePool* list, int first, int i, float radius, vfloat sx, vfloat sy,
-                         __global const ushort* samples, uint swept, Sweep* sweep, int* run_count, int* pair_count) {
-  const vint m = multiplicity_at(list, i, radius, sx, sy);
+// Adds a pair of an edge, which has multiplicity m, and each of the lanes `swept` of samples, whose numbers are in `samples`,
+// where m is not 0.
+HS_INLINE void add_pairs(int edge, vint m, __global const ushort* samples, uint swept, Sweep* sweep, int* run_count,
+                         int* pair_count) {
   const uint bits = swept & lane_bits(m != 0);
   append_chosen(m << 16 | convert_int16(vload16(0, samples)), bits, sweep->pair_what, pair_count);
-  sweep->run_edge[*run_count] = i - first;
+  sweep->run_edge[*run_count] = edge;
   sweep->run_end[*run_count] = *pair_count;
   *run_count += bits != 0;
 }
@@ -182,16 +199,16 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
          high_tb = bz / (low_p.z - bz);
   vfloat low_ax = ax, high_ax = ax, low_ay = ay, high_ay = ay, low_bx = bx, high_bx = bx, low_by = by, high_by = by;
   if (v_any(cut)) {
-    const vfloat least = v_select(v_select(lesser_of(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
+    const vfloat least = v_select(v_select(min(low_ta, low_tb), low_tb, a_cut), low_ta, b_cut);
     const vfloat low_t = v_select(least, (vfloat)(0.0f), a_cut & b_cut);
-    low_ax = v_select(ax, lesser_of(ax, bx), a_cut);
-    high_ax = v_select(ax, greater_of(ax, bx), a_cut);
-    low_ay = v_select(ay, lesser_of(ay, by), a_cut);
-    high_ay = v_select(ay, greater_of(ay, by), a_cut);
-    low_bx = v_select(bx, lesser_of(ax, bx), b_cut);
-    high_bx = v_select(bx, greater_of(ax, bx), b_cut);
-    low_by = v_select(by, lesser_of(ay, by), b_cut);
-    high_by = v_select(by, greater_of(ay, by), b_cut);
+    low_ax = v_select(ax, min(ax, bx), a_cut);
+    high_ax = v_select(ax, max(ax, bx), a_cut);
+    low_ay = v_select(ay, min(ay, by), a_cut);
+    high_ay = v_select(ay, max(ay, by), a_cut);
+    low_bx = v_select(bx, min(ax, bx), b_cut);
+    high_bx = v_select(bx, max(ax, bx), b_cut);
+    low_by = v_select(by, min(ay, by), b_cut);
+    high_by = v_select(by, max(ay, by), b_cut);
     low_ta = v_select(low_ta, low_t, a_cut);
     low_tb = v_select(low_tb, low_t, b_cut);
     high_ta = v_select(high_ta, (vfloat)(2e6f), a_cut);  // HS_BEYOND / (1 - HS_BEYOND), and more
@@ -202,20 +219,20 @@ HS_INLINE void bound_sweeps(float radius, int fine, const Region* region, const 
   projected_bounds(low_ay, high_ay, low_p.y, high_p.y, low_ta, high_ta, slack, &aly, &ahy);
   projected_bounds(low_bx, high_bx, low_p.x, high_p.x, low_tb, high_tb, slack, &blx, &bhx);
   projected_bounds(low_by, high_by, low_p.y, high_p.y, low_tb, high_tb, slack, &bly, &bhy);
-  const vfloat lx = lesser_of(alx, blx), hx = greater_of(ahx, bhx), ly = lesser_of(aly, bly), hy = greater_of(ahy, bhy);
+  const vfloat lx = min(alx, blx), hx = max(ahx, bhx), ly = min(aly, bly), hy = max(ahy, bhy);
   // Where it sweeps lies in a band along the line through the middles of its ends' bounds.
   const vfloat amx = 0.5f * (alx + ahx), amy = 0.5f * (aly + ahy), ex = 0.5f * (blx + bhx) - amx, ey = 0.5f * (bly + bhy) - amy;
   const vfloat c = amx * ey - amy * ex, length = sqrt(ex * ex + ey * ey);
   const vfloat half_band =
-      0.5f * greater_of(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
+      0.5f * max(fabs(ey) * (ahx - alx) + fabs(ex) * (ahy - aly), fabs(ey) * (bhx - blx) + fabs(ex) * (bhy - bly)) +
       4e-6f * (fabs(amx * ey) + fabs(amy * ex) + radius * length);
   const vint is_edge = (v_load(list->m + i) | v_load(list->o0 + i) | v_load(list->o1 + i)) != 0;
   const vint reaches =
       is_edge & (lx <= radius) & (hx >= -radius) & (ly <= radius) & (hy >= -radius) & (fabs(c) <= half_band + radius * length);
 
   // In units of the radius, and cut to where samples may be: sizes are small then, and little is lost by rounding.
-  const vfloat low_x = greater_of(lx * per_radius, -2.0f), high_x = lesser_of(hx * per_radius, 2.0f);
-  const vfloat low_y = greater_of(ly * per_radius, -2.0f), high_y = lesser_of(hy * per_radius, 2.0f);
+  const vfloat low_x = max(lx * per_radius, -2.0f), high_x = min(hx * per_radius, 2.0f);
+  const vfloat low_y = max(ly * per_radius, -2.0f), high_y = min(hy * per_radius, 2.0f);
   const vint x0 = place_along(low_x, fine), x1 = place_along(high_x, fine), y0 = place_along(low_y, fine),
              y1 = place_along(high_y, fine);
   v_store(0.5f * (low_x + high_x), bands->mx + to);
@@ -277,19 +294,23 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
     for (int i = 0; i < swept_count; ++i) {
       const int k = swept[i], window = bands.window[k];
       __global const float* xy = set->window_xy + window * (2 * HS_WINDOW_SAMPLES);
-      add_pairs(list, first, from + k, disc.radius, v_load(xy), v_load(xy + HS_WINDOW_SAMPLES),
+      EdgeSides sides;
+      load_sides(list, from + k, disc.radius, &sides);
+      add_pairs(from + k - first, multiplicity_at(&sides, v_load(xy), v_load(xy + HS_WINDOW_SAMPLES)),
                 set->windows + window * HS_WINDOW_SAMPLES, (uint)swept_bits[i], sweep, &run_count, &pair_count);
     }
     // So many are not yet too many, if the rest of the list is like its beginning.
     const int allowed = min(256 + most / 4 + (int)((float)most * (float)(from - first) / (float)count), HS_PAIRS);
     for (int i = 0; i < bands.wide_count && pair_count <= allowed; ++i) {
       const int k = bands.wide[i];
+      EdgeSides sides;
+      load_sides(list, from + k, disc.radius, &sides);
       for (int y = bands.y0[k] / 2; y <= bands.y1[k] / 2; ++y) {
         const int row_end = cell_first[y * grid + bands.x1[k] / 2 + 1];
         for (int cell = cell_first[y * grid + bands.x0[k] / 2]; cell < row_end; cell += HS_LANES) {
           const vfloat sx = v_load(cell_x + cell), sy = v_load(cell_y + cell);
           const vint inside = (v_iota < row_end - cell) & swept_by(&bands, k, sx, sy);
-          add_pairs(list, first, from + k, disc.radius, sx, sy, cell_sample + cell, lane_bits(inside), sweep, &run_count,
+          add_pairs(from + k - first, multiplicity_at(&sides, sx, sy), cell_sample + cell, lane_bits(inside), sweep, &run_count,
                     &pair_count);
         }
       }
@@ -330,7 +351,7 @@ typedef struct {
   float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
   float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
   int left0[HS_LOADED], jump[HS_LOADED];
-  int row[HS_LOADED];          // where the sample's jumps begin
+  int sample[HS_LOADED];
   int edge_before[HS_LOADED];  // not 0 where the edge is before all receivers: what passes it passes behind it
   // Those that may be passed on the way to one vector of receivers; of these, with edges before and with edges that may not be.
   int before[HS_LOADED + HS_LANES], beside[HS_LOADED + HS_LANES];
@@ -350,13 +371,17 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
   int count = 0;
   for (; *run < sweep->run_count && count <= HS_LOADED - HS_LANES; ++*run) {
     const int i = first + sweep->run_edge[*run];
-    v_store((vfloat)(list->ax[i]), pairs->ax + count);
-    v_store((vfloat)(list->ay[i]), pairs->ay + count);
-    v_store((vfloat)(list->az[i]), pairs->az + count);
-    v_store((vfloat)(list->bx[i]), pairs->bx + count);
-    v_store((vfloat)(list->by[i]), pairs->by + count);
-    v_store((vfloat)(list->bz[i]), pairs->bz + count);
-    count = sweep->run_end[*run] - at;
+    const int end = sweep->run_end[*run] - at;
+    const float eax = list->ax[i], eay = list->ay[i], eaz = list->az[i], ebx = list->bx[i], eby = list->by[i], ebz = list->bz[i];
+    for (int k = count; k < end; k += 4) {
+      vstore4((float4)(eax), 0, pairs->ax + k);
+      vstore4((float4)(eay), 0, pairs->ay + k);
+      vstore4((float4)(eaz), 0, pairs->az + k);
+      vstore4((float4)(ebx), 0, pairs->bx + k);
+      vstore4((float4)(eby), 0, pairs->by + k);
+      vstore4((float4)(ebz), 0, pairs->bz + k);
+    }
+    count = end;
   }
   for (int k = 0; k < count; ++k) {
     const int sample = sweep->pair_what[at + k] & 0xffff;
@@ -377,7 +402,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     const vfloat unsure = HS_UNSURE * sum_of_sizes(ux, uy, az) * sum_of_sizes(ex, ey, ez) * (sum_of_sizes(fx, fy, fz) + across);
     v_store(from0 > 0.0f, pairs->left0 + to);
     const vint some = v_iota < count - to;
-    v_store(greater_of(az, bz) < nearest_z, pairs->edge_before + to);
+    v_store(max(az, bz) < nearest_z, pairs->edge_before + to);
     for (uint bits = lane_bits(some & (fabs(from0) <= unsure)); bits != 0; bits &= bits - 1) {
       const int k = to + first_lane(bits);
       const vint left = left_as_walked((float3)(pairs->ax[k], pairs->ay[k], pairs->az[k]),
@@ -388,7 +413,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     const vfloat m_ax = uy * fz - az * fy, m_ay = az * fx - ux * fz, m_az = ux * fy - uy * fx;
     const vfloat m_bx = wy * gz - bz * gy, m_by = bz * gx - wx * gz, m_bz = wx * gy - wy * gx;
     const vint left0 = v_load(pairs->left0 + to), what = v_load(sweep->pair_what + at + to), m = what >> 16;
-    v_store((what & 0xffff) * HS_GROUP_VECTORS, pairs->row + to);
+    v_store(what & 0xffff, pairs->sample + to);
     const vfloat away = v_select((vfloat)(1.0f), (vfloat)(-1.0f), left0), away_x = nx * away, away_y = ny * away,
                  away_z = nz * away, away0 = from0 * away;
     v_store(v_select(m, -m, left0), pairs->jump + to);
@@ -459,17 +484,16 @@ HS_INLINE vint ways_across(const HsDisc disc, const Sweep* sweep, const Pairs* p
 }
 
 HS_INLINE void add_jump(Sweep* sweep, const Pairs* pairs, int v, int k, vint passes) {
-  sweep->jumps[pairs->row[k] + v] += v_short_of(passes) & (short16)((short)pairs->jump[k]);
+  sweep->jumps[v * HS_MAX_SAMPLES + pairs->sample[k]] += v_short_of(passes) & (short16)((short)pairs->jump[k]);
 }
 
 // Adds up J of all changing samples and receivers. False if an edge meets the way between receivers, as nearly as can be told.
 bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
   const int n = (int)disc.sample_count;
-  for (int sample = 0; sample < n; ++sample) {
-    sweep->changes[sample] = 0;
-    for (int v = 0; v * HS_LANES < sweep->count; ++v) sweep->jumps[sample * HS_GROUP_VECTORS + v] = (short16)(0);
-  }
+  for (int sample = 0; sample < n; ++sample) sweep->changes[sample] = 0;
+  for (int v = 0; v * HS_LANES < sweep->count; ++v)
+    for (int sample = 0; sample < n; ++sample) sweep->jumps[v * HS_MAX_SAMPLES + sample] = (short16)(0);
   for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
@@ -567,7 +591,7 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, fl
     for (int i = 0; i < sweep->changing_count; ++i) {
       const int sample = sweep->changing[i];
       const short16 sum =
-          sweep->jumps[sample * HS_GROUP_VECTORS + first / HS_LANES] + (short16)(((const short*)base)[sample]) + depth;
+          sweep->jumps[first / HS_LANES * HS_MAX_SAMPLES + sample] + (short16)(((const short*)base)[sample]) + depth;
       count -= sum <= (short16)(0);
       below |= sum < (short16)(0);
     }
@@ -596,7 +620,8 @@ void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep
   const int n = (int)disc.sample_count;
   for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] + (v_short)(sweep->depth[i]);
   for (int k = 0; k < sweep->changing_count; ++k)
-    ((short*)counts)[sweep->changing[k]] += ((const short*)sweep->jumps)[sweep->changing[k] * HS_GROUP + i];
+    ((short*)counts)[sweep->changing[k]] +=
+        ((const short*)(sweep->jumps + i / HS_LANES * HS_MAX_SAMPLES + sweep->changing[k]))[i % HS_LANES];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];

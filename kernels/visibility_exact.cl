@@ -137,7 +137,7 @@ void find_near_faces(const Casters* casters, const Region* region, uint tile, in
     const uint3 corner = vload3(triangle, casters->faces.triangles);
     const float3 a = casters->faces.vertices_ls[corner.x].xyz, b = casters->faces.vertices_ls[corner.y].xyz,
                  c = casters->faces.vertices_ls[corner.z].xyz;
-    const float3 least = fmin(a, fmin(b, c)), most = fmax(a, fmax(b, c));
+    const float3 least = min(a, min(b, c)), most = max(a, max(b, c));
     if (any(least > high) || any(most < low)) continue;
     const int at = faces->count;
     if (at == HS_NEAR_FACES) return;

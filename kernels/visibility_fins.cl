@@ -120,7 +120,7 @@ HS_INLINE FinPlace fin_place(const TileFeature* f, int x, int y) {
     p.nx = (vfloat)(f->t.y);
     p.ny = (vfloat)(-f->t.x);
   } else {
-    const vfloat to = 1.0f / v_select(fmax(p.delta_px, 1e-6f), fmin(p.delta_px, -1e-6f), p.delta_px < 0.0f);
+    const vfloat to = 1.0f / v_select(max(p.delta_px, 1e-6f), min(p.delta_px, -1e-6f), p.delta_px < 0.0f);
     p.nx = (v_float(x + v_iota) - f->a.x) * to;
     p.ny = ((float)y - f->a.y) * to;
   }
@@ -183,8 +183,8 @@ HS_INLINE bool misses_tile(const HsView bounded, const HsFinShape shape, const H
   const uint kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
   const bool edge = kind == HS_FEATURE_EDGE || kind == HS_FEATURE_OUTER_EDGE;
   const float2 a = (float2)(f.ax, f.ay), b = edge ? (float2)(f.bx, f.by) : a;
-  const float reach = reach_px(shape, edge ? fmax(f.ad, f.bd) : f.ad, bounded.d_far);
-  const float2 first = convert_float2(tile->px) + (0.5f - HS_SPAN_SLACK_PX) - reach, low = fmin(a, b), high = fmax(a, b);
+  const float reach = reach_px(shape, edge ? max(f.ad, f.bd) : f.ad, bounded.d_far);
+  const float2 first = convert_float2(tile->px) + (0.5f - HS_SPAN_SLACK_PX) - reach, low = min(a, b), high = max(a, b);
   const float2 last = convert_float2(tile->px + (int2)(tile->x_end, tile->y_end)) - (0.5f - HS_SPAN_SLACK_PX) + reach;
   return reach <= 0.0f || high.x < first.x || high.y < first.y || low.x > last.x || low.y > last.y;
 }
@@ -259,7 +259,7 @@ HS_INLINE void bound_inner_fins(const HsView view, const HsFinShape shape, bool 
       const vfloat depth = caster_depth_times(view, shape, d);
       if (!single) shown &= z1 * d > 1.0f - depth;
       // 1/z there is the lesser of 1/z1 and 2/z1 - 1/z2; to its inverse the depth is added.
-      const vfloat over = fmin(z2, 2.0f * z2 - z1);
+      const vfloat over = min(z2, 2.0f * z2 - z1);
       v_store(v_select((vfloat)(0.0f), over * d / (z1 * z2 * d + depth * over), shown & (over > 0.0f)), fins->reach_d + slot);
     }
   }
@@ -284,7 +284,7 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
         casters = caster_bits(view, shape, feature.d_low, feature.d_high, caster_range);
         deep = !layers.faithful && casters != caster_bits(view, shape, feature.d_low, feature.d_low, caster_range);
       } const float2 ways = feature_ways(&feature, &way);
-      other_way |= fmin(ways.x, ways.y) < 0.82f;
+      other_way |= min(ways.x, ways.y) < 0.82f;
       ,
       {
         cells |= row_cells(span.x, span.y, y);
@@ -337,9 +337,9 @@ HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const
     const vfloat nz = r->plane_d - (r->plane_dx * qx + r->plane_dy * qy) / per_px;
     g2 += (nz * nz - r->plane_d * r->plane_d / (1.0f + qx * qx + qy * qy)) * (per_px * per_px);
   }
-  const vfloat g = sqrt(fmax(g2, 0.0f)) * shape.radius_px;
+  const vfloat g = sqrt(max(g2, 0.0f)) * shape.radius_px;
   if (!v_any(g > 1.0f)) return (vfloat)(1.0f);
-  return falloff_of(0.5f + 0.5f / fmax(g, 1.0f), falloff);
+  return falloff_of(0.5f + 0.5f / max(g, 1.0f), falloff);
 }
 
 #define HS_LIT_SHIFT 24  // of a receiver's word: (tile + 1) | lit texels of its footprint << HS_LIT_SHIFT; 0 where no fin is near
@@ -389,7 +389,7 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
         // Layers add up before the falloff.
         if (!single && !layers.faithful) result = v_select(result, hard, chosen);
       }
-      result = fmin(result, v_select(most, (vfloat)(1.0f), r.decided));
+      result = min(result, v_select(most, (vfloat)(1.0f), r.decided));
     }
     store_lanes(v_as_float(words), (__global float*)receiver_words, HS_PIXEL, valid);
     store_visibility(&r, result, visibility, (size_t)plane * pixels + HS_PIXEL, valid);
@@ -416,7 +416,7 @@ __kernel void list_fin_receivers(const HsReceiverView view, __global const uint*
 // weight.
 HS_INLINE vfloat refined_weight(const HsView light, vfloat receiver_d, vfloat s, vfloat d) {
   const vfloat beyond = d - receiver_d;
-  const vfloat refined = 0.5f + (d - light.d_far) / fmax(beyond, 1e-30f) * (s - 0.5f);
+  const vfloat refined = 0.5f + (d - light.d_far) / max(beyond, 1e-30f) * (s - 0.5f);
   return v_select((vfloat)(0.0f), clamp(refined, 0.0f, 0.5f), beyond > 0.0f);
 }
 
@@ -510,7 +510,7 @@ typedef struct {
 // *there: some have fins.
 HS_INLINE vint load_depths(HS_SHARED const float* depths, const TileReceiver* r, TileTaps* d, bool* there) {
   tile_taps(depths, r->texel, d);
-  const vfloat nearest = fmax(fmax(d->v[0], d->v[1]), fmax(d->v[2], d->v[3]));
+  const vfloat nearest = max(max(d->v[0], d->v[1]), max(d->v[2], d->v[3]));
   const vint any = r->mine & (nearest > r->behind_d), behind = r->mine & (nearest > 0.0f) & (nearest <= r->behind_d);
   *there = v_any(any | behind);
   if (v_any(behind)) {
@@ -574,9 +574,9 @@ HS_INLINE vfloat mean_weight(const HsView light, const TileReceiver* r, const vf
     sum_s += weight * v_select((vfloat)(0.0f), s->v[k], mine);
     sum_d += weight * v_select((vfloat)(0.0f), d->v[k], mine);
   }
-  const vfloat per = 1.0f / fmax(has, 1e-12f);
+  const vfloat per = 1.0f / max(has, 1e-12f);
   *mean_d = sum_d * per;
-  return v_select((vfloat)(0.0f), refined_weight(light, r->d, sum_s * per, *mean_d) * (has / fmax(all, 1e-12f)), has > 0.0f);
+  return v_select((vfloat)(0.0f), refined_weight(light, r->d, sum_s * per, *mean_d) * (has / max(all, 1e-12f)), has > 0.0f);
 }
 
 HS_INLINE vfloat mean_cosine(const vfloat* w, const TileTaps* d, const TileTaps* c) {
@@ -586,14 +586,14 @@ HS_INLINE vfloat mean_cosine(const vfloat* w, const TileTaps* d, const TileTaps*
     has += weight;
     sum += weight * v_select((vfloat)(0.0f), c->v[k], d->v[k] > 0.0f);
   }
-  return sum / fmax(has, 1e-12f);
+  return sum / max(has, 1e-12f);
 }
 
 // What two fins hide together that hide a and b of the light each, by the cosine c between their directions: the same part, so
 // that the greater counts; parts as good as independent, at a right angle; opposite parts.
 HS_INLINE vfloat hidden_by_both(vfloat a, vfloat b, vfloat c) {
-  const vfloat same = fmax(a, b), across = a + b - a * b, opposite = fmin(a + b, 1.0f);
-  return v_select(lerp(across, same, fmin(c * (1.0f / HS_SAME_WAY), 1.0f)), lerp(across, opposite, -c), c < 0.0f);
+  const vfloat same = max(a, b), across = a + b - a * b, opposite = min(a + b, 1.0f);
+  return v_select(lerp(across, same, min(c * (1.0f / HS_SAME_WAY), 1.0f)), lerp(across, opposite, -c), c < 0.0f);
 }
 
 // Illuminance: `hard` (0 or 1) plus what the inner fins let in less what the outer ones hide (Cai §3.4), each after the falloff.
@@ -679,12 +679,12 @@ typedef struct {
 HS_INLINE void leave(bool faithful, vint mask, const Seen* b, Seen* seen) {
   const vfloat hidden = 1.0f - seen->part, more = 1.0f - b->part;
   const vint both = mask & (hidden > 0.0f) & (more > 0.0f);
-  vfloat part = fmin(seen->part, b->part);
+  vfloat part = min(seen->part, b->part);
   if (!faithful && v_any(both)) {
     const vfloat both_hide = hidden_by_both(hidden, more, seen->nx * b->nx + seen->ny * b->ny);
     part = v_select(part, 1.0f - both_hide, both);
   }
-  const vfloat per = 1.0f / fmax(hidden + more, 1e-12f);
+  const vfloat per = 1.0f / max(hidden + more, 1e-12f);
   seen->nx = v_select(seen->nx, (seen->nx * hidden + b->nx * more) * per, mask);
   seen->ny = v_select(seen->ny, (seen->ny * hidden + b->ny * more) * per, mask);
   seen->part = v_select(seen->part, part, mask);
@@ -697,7 +697,7 @@ HS_INLINE void way_of(HS_SHARED const Fins* fins, const TileReceiver* r, const T
   for (int k = 1; k < 4; ++k) {
     const vfloat weight = v_select((vfloat)(0.0f), r->w[k], d->v[k] > 0.0f);
     texel = v_select(texel, r->texel + (k >> 1) * HS_TILE + (k & 1), weight > most);
-    most = fmax(most, weight);
+    most = max(most, weight);
   }
   seen->nx = v_select((vfloat)(0.0f), v_tile(fins->nx, texel), most > 0.0f);
   seen->ny = v_select((vfloat)(0.0f), v_tile(fins->ny, texel), most > 0.0f);
@@ -735,8 +735,8 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
     if (f->inner && !layers.faithful) way_of(&fins->inner, r, &f->inner_d, &here);
     here.part = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
     // The same caster's outline, or that of one beneath it: see caster_depth.
-    const vfloat apart = 1.0f / fmax(here_d, 1e-30f) - 1.0f / fmax(fabs(seen->at_d), 1e-30f);
-    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * fmax(here_d, 1e-30f));
+    const vfloat apart = 1.0f / max(here_d, 1e-30f) - 1.0f / max(fabs(seen->at_d), 1e-30f);
+    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * max(here_d, 1e-30f));
     const vint same = (seen->at_d != 0.0f) & (fabs(apart) <= depth);
     leave(layers.faithful, covered & v_not(same), &seen->at_hand, &seen->done);
     const vint taken = covered & v_not(same & (here.part < seen->at_hand.part));
@@ -813,7 +813,7 @@ HS_INLINE void store_mine(const TileRun* run, vfloat value, __global float* plan
 HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __global const float* caps,
                             __global float* visibility) {
   const vint capped = (run->words & HS_WORD_CAPPED) != 0;
-  if (v_any(capped & reached)) value = v_select(value, fmin(value, load_lanes(caps, run->pixel, run->valid)), capped);
+  if (v_any(capped & reached)) value = v_select(value, min(value, load_lanes(caps, run->pixel, run->valid)), capped);
   store_mine(run, v_select(load_lanes(visibility, run->pixel, run->valid), value, reached), visibility);
 }
 
@@ -887,7 +887,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
   }
   HsView bounded = view;
   if (any && !layers.faithful)
-    bounded.d_far = fmax(view.d_far, 0.999999f / as_float(tile_far[get_group_id(0)]) - 1.5f / shape.radius_px);
+    bounded.d_far = max(view.d_far, 0.999999f / as_float(tile_far[get_group_id(0)]) - 1.5f / shape.radius_px);
   uint reached = 0;  // by fins of any layer so far
   for (uint layer = 0; layer < used; ++layer) {
     bool varied = false;

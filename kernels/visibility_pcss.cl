@@ -18,7 +18,7 @@ HS_INLINE vfloat visibility_pcss(const HsView light, __global const float* shado
   const vfloat stretch = 1.0f / (sqrt(1.0f + qx * qx + qy * qy) + 1.0f);
   const vfloat xx = 1.0f + qx * qx * stretch, xy = qx * qy * stretch, yy = 1.0f + qy * qy * stretch;
   // Step 1, blockers: up to where the nearest caster's depth would be one's.
-  const vfloat reach = radius_px * fmax(nearest_d - r->plane_d, 0.0f);
+  const vfloat reach = radius_px * max(nearest_d - r->plane_d, 0.0f);
   vfloat blocker_count = (vfloat)(0.0f), sum_d = (vfloat)(0.0f);
   for (uint i = 0; i < point_count; ++i) {
     const float px = points[i], py = points[point_count + i];
@@ -33,7 +33,7 @@ HS_INLINE vfloat visibility_pcss(const HsView light, __global const float* shado
   if (v_all(lit | r->decided)) return (vfloat)(1.0f);
 
   // Step 2, the penumbra: as wide as it were with all blockers at the mean of their 1/z.
-  const vfloat width = radius_px * fmax(sum_d / fmax(blocker_count, 1.0f) - r->plane_d, 0.0f);
+  const vfloat width = radius_px * max(sum_d / max(blocker_count, 1.0f) - r->plane_d, 0.0f);
 
   // Step 3, percentage-closer filtering of that width, each look-up bilinear.
   vfloat sum = (vfloat)(0.0f);
@@ -44,7 +44,7 @@ HS_INLINE vfloat visibility_pcss(const HsView light, __global const float* shado
     const Taps taps_lit = lit_taps(light, shadow_map, r, &f);
     sum += v_select(bilinear(&f, &taps_lit), (vfloat)(1.0f), outside_map(light, u, v));
   }
-  return v_select(fmin(sum / (float)point_count, 1.0f), (vfloat)(1.0f), lit);
+  return v_select(min(sum / (float)point_count, 1.0f), (vfloat)(1.0f), lit);
 }
 
 __kernel void receive_pcss(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
