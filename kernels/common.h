@@ -141,6 +141,13 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define HS_SLOT(x, y) 0
 #endif
 
+// Asks for a value that will be read soon, where the compiler can: where there is one address space.
+HS_INLINE void ask_for(__global const float* p) {
+#if defined(__x86_64__) || defined(__aarch64__)
+  __builtin_prefetch((const void*)(size_t)p);
+#endif
+}
+
 // The first lane of lane_bits that are not 0.
 HS_INLINE int first_lane(uint bits) {
   return 31 - (int)clz(bits & -bits);

@@ -25,6 +25,21 @@ HS_INLINE void bound_tile(vint receivers, vfloat z, __global int* far, __global 
 
 #define HS_WORD_UNCLEAR (1 << 30)  // of a receiver's word, tile + 1: the map does not tell whether it is lit
 
+// Asks for what the shadow map holds where pixels (px .., py) lie: what the next row's look-ups would wait for is there by then,
+// which matters where other programs use the same memory.
+HS_INLINE void ask_for_texels(const HsView light, const HsReceiverView view, int px, int py, int valid,
+                              __global const float* depth_or_position, __global const float* shadow_map) {
+#if HS_LANES == 16
+  if (py >= (int)view.height_px) return;
+  const PixelPlace p = place_pixels(light, view, px, py, valid, depth_or_position);
+  const vint texels = row(light, v_int(rint(p.v))) * (int)light.width_px + column(light, v_int(rint(p.u)));
+  ask_for(shadow_map + texels.s0);
+  ask_for(shadow_map + texels.s5);
+  ask_for(shadow_map + texels.sa);
+  ask_for(shadow_map + texels.sf);
+#endif
+}
+
 // What the shadow map answers; where silhouettes may come near, and where it does not tell, count_samples answers instead.
 // receiver_words: uint a pixel, 0 for none. tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts:
 // its receivers. Both must be 0.
@@ -32,6 +47,7 @@ __kernel void receive_by_map(const HsView light, const HsReceiverView view, __gl
                              __global const float4* normal, __global const float* shadow_map, __global uint* receiver_words,
                              __global int* tile_far, __global uint* tile_counts, __global float* visibility, const uint plane) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
+    ask_for_texels(light, view, px, py + 1, valid, depth_or_position, shadow_map);
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
     vint words = (vint)(0);
