@@ -141,11 +141,18 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 #define HS_SLOT(x, y) 0
 #endif
 
-// Asks for a value that will be read soon, where the compiler can: where there is one address space.
+// Asks for a value that will be read soon, where the compiler can: where there is one address space. What lies past a buffer's
+// end may be asked for.
 HS_INLINE void ask_for(__global const float* p) {
 #if defined(__x86_64__) || defined(__aarch64__)
   __builtin_prefetch((const void*)(size_t)p);
 #endif
+}
+
+// Asks for HS_LANES pixels of a plane of four channels. Processors read ahead along rows, but work-items go down a strip: they
+// ask for the next row themselves.
+HS_INLINE void ask_for_lanes4(__global const float4* plane, size_t first) {
+  for (int i = 0; i < HS_LANES; i += 4) ask_for((__global const float*)(plane + first + i));
 }
 
 // The first lane of lane_bits that are not 0.

@@ -258,6 +258,8 @@ HS_INLINE void store_visibility(const Receiver* r, vfloat result, __global float
 // Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
 #define HS_FOR_RECEIVERS(body)                                                                                   \
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                                  \
+    ask_for(depth_or_position + (size_t)(py + 1) * view.width_px + px);                                          \
+    ask_for_lanes4(normal, (size_t)(py + 1) * view.width_px + px);                                               \
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                            \
     vfloat result = r.visibility;                                                                                \
     if (v_any(v_not(r.decided))) result = v_select(body, r.visibility, r.decided);                               \
