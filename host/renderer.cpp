@@ -493,7 +493,8 @@ struct Renderer::State {
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
     // On CPU devices a few workers share the edges, and then the tiles; on GPU devices a work-group is a tile.
     const cl_uint workers = 4 * device->device_info.compute_units, copies = device->lanes == 1 ? 1 : std::min(workers, 64u);
-    feature_bins.size_for(*device, 1, tiles, 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
+    // Tiles list whole blocks, of as many edges as the device has lanes.
+    feature_bins.size_for(*device, 1, tiles, (4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles}) / device->lanes);
     feature_bins.counts.at_least(*device, std::size_t{tiles} * copies * sizeof(cl_uint), "tile counts");
     receiver_bins.size_for(*device, 1, tiles, 1);
 

@@ -1,9 +1,11 @@
 // The pipeline inside somebody else's compute renderer: their context, their queue, their G-buffer.
 #include <fmt/format.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -108,6 +110,47 @@ TEST_F(Embedding, AForeignGBufferOfPositionsHasTheSameVisibilityButForRounding) 
   std::size_t off = 0;
   for (std::size_t i = 0; i < pixels_; ++i) off += std::abs(got[i] - frame_.visibility[0][i]) > 1e-3f;
   EXPECT_LE(off, pixels_ / 1000);
+}
+
+TEST_F(Embedding, WhereNothingIsSeenThereMayStandAnyNumber) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  constexpr std::array<float, 6> none{nan, infinity, -infinity, 0.0f, -1.0f, -1e30f};
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene_);
+  const auto is_hole = [](std::size_t i) { return i % 7 == 3 || i / 64 % 5 == 1; };  // single pixels, and whole vectors
+  std::vector<float> zeros = frame_.depth, any = frame_.depth;
+  std::vector<glm::vec4> nowhere = frame_.position_ws, anywhere = frame_.position_ws, normals = normals_;
+  for (std::size_t i = 0; i < pixels_; ++i) {
+    if (!is_hole(i)) continue;
+    zeros[i] = 0.0f;
+    any[i] = none[i % none.size()];
+    nowhere[i] = glm::vec4(0.0f);
+    anywhere[i] = glm::vec4(glm::vec3(none[i % none.size()]), i % 2 == 0 ? 0.0f : -1.0f);
+    normals[i] = glm::vec4(glm::vec3(none[(i + 1) % none.size()]), 1.0f);
+  }
+  const cl::Buffer planes[] = {host.buffer(zeros), host.buffer(any), host.buffer(nowhere), host.buffer(anywhere)};
+  const cl::Buffer normal = host.buffer(normals_), any_normal = host.buffer(normals), visibility = host.plane(pixels_);
+  for (const MethodInfo& info : methods()) {
+    const Settings settings{.method = info.method, .light_resolution_px = 256, .samples = 16};
+    for (const bool has_depth : {true, false}) {
+      const auto seen_with = [&](const cl::Buffer& plane, const cl::Buffer& with_normal) {
+        GBuffer gbuffer = gbuffer_of(plane, with_normal);
+        if (!has_depth) std::swap(gbuffer.depth, gbuffer.position);
+        renderer.enqueue_visibility(gbuffer, 0, settings, visibility());
+        return host.read(visibility, pixels_);
+      };
+      const std::vector<float> expected = seen_with(planes[has_depth ? 0 : 2], normal),
+                               got = seen_with(planes[has_depth ? 1 : 3], any_normal);
+      std::size_t shadowed = 0;
+      for (std::size_t i = 0; i < pixels_; ++i) {
+        ASSERT_EQ(expected[i], got[i]) << info.name << " " << has_depth << " " << i;
+        ASSERT_TRUE(!is_hole(i) || got[i] == 1.0f) << info.name << " " << has_depth << " " << i;
+        shadowed += got[i] < 1.0f;
+      }
+      EXPECT_GT(shadowed, 100u) << info.name;
+    }
+  }
 }
 
 // Shadow fins reach as far as the farthest receiver of their tile asks: to others in it that must make no difference.
