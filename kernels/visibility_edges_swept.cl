@@ -47,7 +47,7 @@ typedef struct {
   ushort changes[HS_MAX_SAMPLES];  // 1 for samples of pairs, 0 for the others
   ushort changing[HS_MAX_SAMPLES];
   int changing_count;
-  short16 jumps[HS_MAX_SAMPLES * HS_GROUP_VECTORS];  // J of those, vectors, for compilers split unaligned stores
+  short16 jumps[HS_GROUP_VECTORS * HS_MAX_SAMPLES];  // J, sample by sample for each vector of receivers
   short depth[HS_GROUP];                             // F for the light's centre
   uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
   int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
@@ -359,8 +359,7 @@ typedef struct {
 } Pairs;
 
 // Loads the pairs of runs from number *run on, which begins at pair `at`, as many as there is room for; *run: the first that is
-// left. Finds which vectors of receivers may pass them: by their bounds some may see the sample on another side of the edge than
-// p0 does, with ways for which its ends are on different sides of the plane through sample and way. Returns their number.
+// left. Returns their number.
 int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep,
                int at, int* run, Pairs* pairs) {
   const float3 p0 = (float3)(sweep->x[0], sweep->y[0], sweep->z[0]);
@@ -432,7 +431,8 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
   return count;
 }
 
-// Finds which of `count` pairs the ways to vector v of receivers may pass.
+// Finds which of `count` pairs the ways to vector v of receivers may pass: by the vector's bounds some may see the sample on
+// another side of the edge than p0 does, with ways for which its ends are on different sides of the plane through sample and way.
 HS_INLINE void find_between(const Sweep* sweep, int count, int v, Pairs* pairs) {
 #pragma OPENCL FP_CONTRACT ON
   const Bounds *way = &sweep->way, *direction = &sweep->direction;
