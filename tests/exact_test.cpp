@@ -144,6 +144,61 @@ TEST_P(ExactTest, ASecondEqualSheetHidesNothingMore) {
   EXPECT_EQ(again.frame.visibility[0], drawn.frame.visibility[0]);
 }
 
+/// What discs of radius 1 and r, their centres d apart, have in common.
+double lens(double r, double d) {
+  if (d >= 1 + r) return 0.0;
+  if (d <= std::abs(1 - r)) return M_PI * std::min(1.0, r * r);
+  const double along = (d * d + 1 - r * r) / (2 * d);  // from the first centre to the common chord
+  const double half_angle = std::acos(along), other = std::acos((d - along) / r);
+  return half_angle - std::sin(2 * half_angle) / 2 + r * r * (other - std::sin(2 * other) / 2);
+}
+
+TEST_P(ExactTest, AgreesWithDiscsSmallerAndLargerThanTheLightInClosedForm) {
+  constexpr unsigned corners = 360;
+  for (const double radius : {0.2, 0.5, 0.9}) {
+    std::vector<glm::dvec3> rim{{0, 5, 0}};
+    std::vector<glm::uvec3> fan;
+    for (unsigned i = 0; i < corners; ++i) {
+      const double angle = 2 * M_PI * i / corners;
+      rim.emplace_back(radius * std::cos(angle), 5, radius * std::sin(angle));
+      fan.emplace_back(0, 1 + i, 1 + (i + 1) % corners);
+    }
+    const Scene scene =
+        floor_scene({placed("disc", std::make_shared<Mesh>(make_mesh("disc", rim, fan)), {0, 0, 0}, glm::dvec3(1))});
+    // At half height it is seen from p twice as large, about -p.
+    const Frame frame = draw(runner_, scene, exact(1024)).frame;
+    expect_on_floor(frame, 0.012, [&](const glm::dvec3& p) { return 1 - lens(2 * radius, std::hypot(p.x, p.z)) / M_PI; });
+    // An umbra beneath the larger one alone; the light is never all hidden by the smaller.
+    EXPECT_EQ(std::ranges::count(frame.visibility[0], 0.0f) > 20, radius > 0.5) << radius;
+  }
+}
+
+TEST_P(ExactTest, AChainOfThreeHidesWhatTheyHideTogether) {
+  // Each overlaps the next, at heights of their own; seen from (x, .), a place a at height y is at x + (a - x) 10 / y.
+  struct Strip {
+    double x0, x1, y;
+  };
+  constexpr Strip strips[] = {{-0.55, -0.15, 4}, {-0.25, 0.3, 6}, {0.15, 0.5, 5}};
+  const Scene scene = floor_scene({sheet(strips[0].x0, strips[0].x1, -100, 100, strips[0].y),
+                                   sheet(strips[1].x0, strips[1].x1, -100, 100, strips[1].y),
+                                   sheet(strips[2].x0, strips[2].x1, -100, 100, strips[2].y)});
+  const Frame frame = draw(runner_, scene, exact(1024)).frame;
+  expect_on_floor(frame, 0.012, [&](const glm::dvec3& p) {
+    std::vector<std::pair<double, double>> hidden;
+    for (const Strip& strip : strips)
+      hidden.emplace_back(p.x + (strip.x0 - p.x) * 10 / strip.y, p.x + (strip.x1 - p.x) * 10 / strip.y);
+    std::ranges::sort(hidden);
+    double seen = 1.0, from = -1e9;
+    for (const auto& [begin, end] : hidden)
+      if (end > from) {
+        seen -= disc_beyond(std::max(begin, from)) - disc_beyond(end);
+        from = end;
+      }
+    return seen;
+  });
+  EXPECT_GT(std::ranges::count_if(frame.visibility[0], [](float seen) { return seen < 0.5f; }), 200);
+}
+
 TEST_P(ExactTest, ASquareHoleIsSeenThrough) {
   // A frame of four sheets round a hole of half side 0.25: from below its middle, the hole is the square of half side 0.5.
   const Scene scene = floor_scene({sheet(-50, -0.25, -50, 50, 5), sheet(0.25, 50, -50, 50, 5), sheet(-0.25, 0.25, -50, -0.25, 5),
