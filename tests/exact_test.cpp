@@ -2,6 +2,7 @@
 #include <random>
 
 #include "brute_force.hpp"
+#include "closed_forms.hpp"
 #include "kernel_fixture.hpp"
 #include "rays.hpp"
 #include "scenes.hpp"
@@ -108,12 +109,6 @@ Scene floor_scene(std::vector<SceneMesh> casters) {
   return scene;
 }
 
-/// The part of a unit disc on the far side of a chord at signed distance u from the centre.
-double disc_beyond(double u) {
-  u = std::clamp(u, -1.0, 1.0);
-  return 0.5 - (std::asin(u) + u * std::sqrt(1 - u * u)) / M_PI;
-}
-
 /// Where `expected` is a number.
 void expect_on_floor(const Frame& frame, double tolerance, const std::function<double(const glm::dvec3&)>& expected) {
   for (std::size_t i = 0; i < frame.depth.size(); ++i)
@@ -144,27 +139,9 @@ TEST_P(ExactTest, ASecondEqualSheetHidesNothingMore) {
   EXPECT_EQ(again.frame.visibility[0], drawn.frame.visibility[0]);
 }
 
-/// What discs of radius 1 and r, their centres d apart, have in common.
-double lens(double r, double d) {
-  if (d >= 1 + r) return 0.0;
-  if (d <= std::abs(1 - r)) return M_PI * std::min(1.0, r * r);
-  const double along = (d * d + 1 - r * r) / (2 * d);  // from the first centre to the common chord
-  const double half_angle = std::acos(along), other = std::acos((d - along) / r);
-  return half_angle - std::sin(2 * half_angle) / 2 + r * r * (other - std::sin(2 * other) / 2);
-}
-
 TEST_P(ExactTest, AgreesWithDiscsSmallerAndLargerThanTheLightInClosedForm) {
-  constexpr unsigned corners = 360;
   for (const double radius : {0.2, 0.5, 0.9}) {
-    std::vector<glm::dvec3> rim{{0, 5, 0}};
-    std::vector<glm::uvec3> fan;
-    for (unsigned i = 0; i < corners; ++i) {
-      const double angle = 2 * M_PI * i / corners;
-      rim.emplace_back(radius * std::cos(angle), 5, radius * std::sin(angle));
-      fan.emplace_back(0, 1 + i, 1 + (i + 1) % corners);
-    }
-    const Scene scene =
-        floor_scene({placed("disc", std::make_shared<Mesh>(make_mesh("disc", rim, fan)), {0, 0, 0}, glm::dvec3(1))});
+    const Scene scene = floor_scene({placed("disc", disc_mesh(), {0, 5, 0}, glm::dvec3(radius))});
     // At half height it is seen from p twice as large, about -p.
     const Frame frame = draw(runner_, scene, exact(1024)).frame;
     expect_on_floor(frame, 0.012, [&](const glm::dvec3& p) { return 1 - lens(2 * radius, std::hypot(p.x, p.z)) / M_PI; });

@@ -9,7 +9,9 @@
 #include <numbers>
 
 #include "brute_force.hpp"
+#include "closed_forms.hpp"
 #include "light_view.hpp"
+#include "scenes.hpp"
 #include "temp_folder.hpp"
 
 namespace halfshade {
@@ -58,12 +60,6 @@ std::vector<float> visibility_at(const Scene& scene, const Light& light, const s
   return trace_visibility(rays, light, receivers, settings);
 }
 
-/// The part of a unit disc on the far side of a chord at signed distance u from the centre.
-double disc_beyond(double u) {
-  u = std::clamp(u, -1.0, 1.0);
-  return 0.5 - (std::asin(u) + u * std::sqrt(1 - u * u)) / pi;
-}
-
 TEST(DiscSamples, AreNPointsOfTheDiscWithItsCentreAndItsArea) {
   for (const unsigned n : {1u, 2u, 3u, 4u, 7u, 16u, 37u, 64u, 256u, 1000u, 1024u}) {
     const std::vector<glm::dvec2> samples = disc_samples(n);
@@ -103,23 +99,14 @@ TEST(Rays, AgreeWithAHalfPlaneInClosedForm) {
 
 TEST(Rays, AgreeWithADiscOverAPlaneInClosedForm) {
   // A disc of radius 0.5 at height 5 has, from the ground, twice the radius at the light: two unit discs |2x| apart overlap.
-  std::vector<glm::dvec3> rim{{0, 5, 0}};
-  std::vector<glm::uvec3> fan;
-  constexpr unsigned corners = 720;
-  for (unsigned i = 0; i < corners; ++i) {
-    rim.emplace_back(0.5 * std::cos(2 * pi * i / corners), 5.0, 0.5 * std::sin(2 * pi * i / corners));
-    fan.emplace_back(0, 1 + i, 1 + (i + 1) % corners);
-  }
   Scene scene;
-  scene.meshes.push_back(placed("disc", rim, fan));
+  scene.meshes.push_back(halfshade::placed("disc", disc_mesh(), {0, 5, 0}, glm::dvec3(0.5)));
   std::vector<glm::dvec3> points;
   for (double x = -1.1; x <= 1.1; x += 0.1) points.emplace_back(x, 0.0, 0.0);
   const std::vector<float> seen = visibility_at(scene, light_above(1.0), points, {.samples = 1024});
   for (std::size_t i = 0; i < points.size(); ++i) {
     // From x, the disc's centre is seen at -x above the ground's middle, that is at 2·0 - x from the light's centre.
-    const double apart = std::min(std::abs(points[i].x), 2.0);
-    const double lens = 2 * std::acos(apart / 2) - apart / 2 * std::sqrt(4 - apart * apart);
-    EXPECT_NEAR(seen[i], 1 - lens / pi, 0.012) << points[i].x;
+    EXPECT_NEAR(seen[i], 1 - lens(1, std::abs(points[i].x)) / pi, 0.012) << points[i].x;
   }
 }
 

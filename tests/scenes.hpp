@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "halfshade/halfshade.hpp"
 
@@ -21,6 +23,19 @@ inline std::shared_ptr<const Mesh> ground_mesh() {
   const std::vector<glm::dvec3> corners = {{-0.5, 0, -0.5}, {0.5, 0, -0.5}, {0.5, 0, 0.5}, {-0.5, 0, 0.5}};
   const std::vector<glm::uvec3> triangles = {{0, 2, 1}, {0, 3, 2}};
   return std::make_shared<Mesh>(make_mesh("ground", corners, triangles));
+}
+
+/// A disc of radius 1 in the plane y = 0.
+inline std::shared_ptr<const Mesh> disc_mesh() {
+  constexpr unsigned corners = 720;
+  std::vector<glm::dvec3> rim{{0, 0, 0}};
+  std::vector<glm::uvec3> fan;
+  for (unsigned i = 0; i < corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    rim.emplace_back(std::cos(angle), 0, std::sin(angle));
+    fan.emplace_back(0, 1 + i, 1 + (i + 1) % corners);
+  }
+  return std::make_shared<Mesh>(make_mesh("disc", rim, fan));
 }
 
 inline SceneMesh placed(std::string name, std::shared_ptr<const Mesh> mesh, const glm::dvec3& translation,
