@@ -138,12 +138,12 @@ std::vector<Light> faces_of(const Light& light) {
 }
 
 glm::dmat4 light_axes(const Light& light) {
-  const bool is_sun = light.type == LightType::directional;
-  const glm::dvec3 axis = glm::normalize(is_sun ? light.direction : light.target - light.position);
+  const bool is_directional = light.type == LightType::directional;
+  const glm::dvec3 axis = glm::normalize(is_directional ? light.direction : light.target - light.position);
   // Up is world +Y, or +Z where the axis is within 8 degrees of Y.
   const glm::dvec3 up =
       light.up ? *light.up : (std::abs(axis.y) > std::cos(glm::radians(8.0)) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
-  return look_along(is_sun ? glm::dvec3(0.0) : light.position, axis, up);
+  return look_along(is_directional ? glm::dvec3(0.0) : light.position, axis, up);
 }
 
 Frustum light_frustum(const Light& light) {
@@ -328,7 +328,7 @@ cl_uint hidden_faces(const PlacedMesh& mesh, const glm::dmat4& view_from_world, 
 }
 
 /// The radius within which a part of the samples of a unit ball lies, for a density of 1 / sqrt(1 - r^2).
-static double ball_sample_radius(double part) {
+static double sphere_sample_radius(double part) {
   double low = 0.0, high = 1.0;
   for (int i = 0; i < 50; ++i) {
     const double r = (low + high) / 2.0;
@@ -344,7 +344,7 @@ Light light_sample(const Light& light, const LightView& fitted, unsigned index, 
   // Of density 1 / sqrt(R^2 - r^2), whose sum along any line through the ball is the same.
   const double height = 1.0 - (2.0 * index + 1.0) / count, width = std::sqrt(1.0 - height * height);
   Light point = light;
-  point.position += light.radius * ball_sample_radius(std::fmod((index + 0.5) * std::numbers::sqrt2, 1.0)) *
+  point.position += light.radius * sphere_sample_radius(std::fmod((index + 0.5) * std::numbers::sqrt2, 1.0)) *
                     glm::dvec3(width * std::cos(angle), height, width * std::sin(angle));
   point.radius = 0.0;
   return point;
@@ -398,8 +398,8 @@ HsReceiverView receiver_view(const Camera& camera, const Light& light, const Lig
   view.from_world_y = rows.row_y;
   view.from_world_z = rows.row_z;
   view.from_world_w = rows.row_w;
-  const bool is_sun = light.type == LightType::directional;
-  view.axis_ws = float4_of(row_of(light_axes(light), 2) / fitted.unit, is_sun ? 0.0 : 1.0);
+  const bool is_directional = light.type == LightType::directional;
+  view.axis_ws = float4_of(row_of(light_axes(light), 2) / fitted.unit, is_directional ? 0.0 : 1.0);
   view.unit = static_cast<float>(fitted.unit);
   view.size_per_px = static_cast<float>(q_per_px);
   view.is_face = light.type == LightType::point;
@@ -426,10 +426,11 @@ HsReceiverView shade_view(const Camera& camera, bool has_depth) {
 }
 
 HsShadeLight shade_light(const Camera& camera, const Light& light) {
-  const bool is_sun = light.type == LightType::directional;
+  const bool is_directional = light.type == LightType::directional;
   const glm::dmat4 light_from_world = light_axes(faces_of(light).front());
   HsShadeLight shade{};
-  shade.position_ws = is_sun ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
+  shade.position_ws =
+      is_directional ? float4_of(-row_of(light_from_world, 2), 0.0) : float4_of(light.position - camera.position, 1.0);
   shade.color = float4_of(glm::dvec3(light.color) * light.intensity * mean_color(light));
   shade.tint_plane = -1;
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));

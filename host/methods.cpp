@@ -1,4 +1,4 @@
-// The table of methods: names, sources, and the settings each heeds.
+// The table of methods: names, sources, and the settings each uses.
 #include <fmt/format.h>
 
 #include <array>

@@ -35,7 +35,7 @@ double ms_since(Clock::time_point begin) {
 struct Disc {
   glm::vec3 centre, right, up;
   float w;
-  float ball_radius;
+  float sphere_radius;
 };
 
 Disc disc_of(const Light& light, const glm::dvec3& origin_ws) {
@@ -43,10 +43,10 @@ Disc disc_of(const Light& light, const glm::dvec3& origin_ws) {
     return {glm::vec3(light.position - origin_ws), {}, {}, 1.0f, static_cast<float>(light.radius)};
   const glm::dmat4 light_from_world = light_axes(light);
   const auto axis = [&](int i) { return glm::dvec3(light_from_world[0][i], light_from_world[1][i], light_from_world[2][i]); };
-  const bool is_sun = light.type == LightType::directional;
-  const glm::dvec3 centre = is_sun ? -axis(2) : light.position - origin_ws;
+  const bool is_directional = light.type == LightType::directional;
+  const glm::dvec3 centre = is_directional ? -axis(2) : light.position - origin_ws;
   return {glm::vec3(centre), glm::vec3(axis(0) * disc_radius(light)), glm::vec3(axis(1) * disc_radius(light)),
-          is_sun ? 0.0f : 1.0f, 0.0f};
+          is_directional ? 0.0f : 1.0f, 0.0f};
 }
 
 /// The disc of a ball that faces a receiver: the axes of the light's face that the receiver lies in, turned as little as brings
@@ -137,8 +137,8 @@ class Tracer {
 
   Axes axes_of(std::size_t i) const {
     Axes axes{disc_.right, disc_.up};
-    if (disc_.ball_radius > 0.0f)
-      face_receiver(glm::dvec3(receivers_.origins[i] - disc_.centre), disc_.ball_radius, &axes.x, &axes.y);
+    if (disc_.sphere_radius > 0.0f)
+      face_receiver(glm::dvec3(receivers_.origins[i] - disc_.centre), disc_.sphere_radius, &axes.x, &axes.y);
     if (!turn_seed_) return axes;
     const auto angle = static_cast<float>(2.0 * std::numbers::pi * unit_of(hash_of(receivers_.pixels[i] ^ hash_of(*turn_seed_))));
     const float c = std::cos(angle), s = std::sin(angle);

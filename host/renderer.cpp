@@ -266,8 +266,8 @@ struct Renderer::State {
   Bins receiver_bins;
   std::map<LightSamplesKey, LightSamples> light_samples;
   GrowingBuffer shadow_map, fin_depth, fin_alpha, penumbra_map, tile_near_fins;
-  GrowingBuffer receiver_words;      // to which tile each pixel belongs; of shadow fins and exact
-  GrowingBuffer caps, illuminances;  // of shadow fins
+  GrowingBuffer receiver_words;                // to which tile each pixel belongs; of shadow fins and exact
+  GrowingBuffer horizon_limits, illuminances;  // of shadow fins
   GrowingBuffer sublayer_counts, sublayer_layers, caster_range, other_casters;  // of layers of them
   GrowingBuffer depth, normal, face, visibility, rgb, tints;
   GrowingBuffer counters;  // LightCounters a face
@@ -393,9 +393,9 @@ struct Renderer::State {
     multiplicities.at_least(*device, resident.edge_count, "edge multiplicities");
     silhouettes.at_least(*device, resident.edge_count * sizeof(cl_uint), "silhouette edges");
     // Each edge can be a silhouette, with its quad and a corner at either end: room for all, so that none is ever lost.
-    const std::size_t most_features = 3 * std::size_t{resident.edge_count};
-    features.at_least(*device, most_features * sizeof(HsFeature), "fins");
-    feature_bins.size_for(*device, most_features, std::size_t{tiles} * layers,
+    const std::size_t max_features = 3 * std::size_t{resident.edge_count};
+    features.at_least(*device, max_features * sizeof(HsFeature), "fins");
+    feature_bins.size_for(*device, max_features, std::size_t{tiles} * layers,
                           4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
     tile_near_fins.at_least(*device, (tiles + 3) / 4 * 4, "tile flags");  // filled four at a time
 
@@ -467,9 +467,9 @@ struct Renderer::State {
     const LightSamples& samples = samples_of(light, chosen_samples(settings));
     HsDisc disc{};
     disc.radius = static_cast<float>(disc_radius(light));
-    disc.ball = light.type == LightType::point;
+    disc.sphere = light.type == LightType::point;
     // On the plane of a ball's face, the disc that faces a receiver is up to this much larger, at the face's corners.
-    const double widest = disc_radius(light) * (disc.ball ? std::sqrt(3.0) : 1.0);
+    const double widest = disc_radius(light) * (disc.sphere ? std::sqrt(3.0) : 1.0);
     const auto widest_radius = static_cast<float>(widest);
     disc.radius_px = static_cast<float>(widest / fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
@@ -481,10 +481,10 @@ struct Renderer::State {
     disc.cells_across = samples.cells_across;
 
     // A cut for every triangle that passes through the light's plane, at worst.
-    const std::size_t most_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
+    const std::size_t max_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
     planes.at_least(*device, resident.triangle_count * sizeof(cl_float4), "face planes");
     disc_sides.at_least(*device, resident.triangle_count, "face sides");
-    disc_edges.at_least(*device, (most_edges + device->lanes) * HS_EDGE_NUMBERS * sizeof(cl_float),  // in whole blocks
+    disc_edges.at_least(*device, (max_edges + device->lanes) * HS_EDGE_NUMBERS * sizeof(cl_float),  // in whole blocks
                         "potential silhouettes");
     const std::size_t tile_far_bytes = (tiles + device->lanes) * sizeof(cl_float);  // rows are read whole vectors at a time
     tile_far.at_least(*device, tile_far_bytes, "tile depths");
@@ -579,7 +579,7 @@ struct Renderer::State {
     const cl_uint tiles = shape.tiles_x * shape.tiles_y, layer_count = layers_of(settings);
     const HsLayers layers = layering_of(settings);
     const std::size_t pixels = std::size_t{gbuffer.resolution.x} * gbuffer.resolution.y;
-    caps.at_least(*device, pixels * sizeof(cl_float), "receivers");
+    horizon_limits.at_least(*device, pixels * sizeof(cl_float), "receivers");
     receiver_words.at_least(*device, pixels * sizeof(cl_uint), "receivers");
     receivers.at_least(*device, pixels * sizeof(cl_uint), "penumbra pixels");
     illuminances.at_least(*device, (layer_count > 1 ? HS_STATE_PLANES * pixels : 1) * sizeof(cl_float), "illuminance");
@@ -589,7 +589,7 @@ struct Renderer::State {
     zero(receiver_bins.counts.get(), tiles * sizeof(cl_uint));
     zero(tile_far.get(), tiles * sizeof(cl_float));
     launch_pixels("begin_fins", gbuffer.resolution, view, receiver, depth_or_position, normals, shadow_map.get(),
-                  tile_near_fins.get(), shape, layers, caster_range.get(), receiver_words.get(), caps.get(),
+                  tile_near_fins.get(), shape, layers, caster_range.get(), receiver_words.get(), horizon_limits.get(),
                   receiver_bins.counts.get(), tile_far.get(), out, plane);
     scan(receiver_bins, tiles);
     launch_pixels("list_fin_receivers", gbuffer.resolution, receiver, receiver_words.get(), receiver_bins.counts.get(),
@@ -597,7 +597,7 @@ struct Renderer::State {
     launch("receive_fins", cl::NDRange(tiles * tile_items()), cl::NDRange(tile_items()), view, shape, layers, status.get(),
            feature_bins.rects.get(), feature_bins.offsets.get(), feature_bins.refs.get(), feature_bins.capacity, features.get(),
            shadow_map.get(), other_casters.get(), caster_range.get(), receiver_bins.offsets.get(), receivers.get(), receiver,
-           tile_far.get(), depth_or_position, receiver_words.get(), caps.get(), illuminances.get(), out, plane);
+           tile_far.get(), depth_or_position, receiver_words.get(), horizon_limits.get(), illuminances.get(), out, plane);
   }
 
   HsFinShape fin_shape(const Light& light, const LightView& fitted, const Settings& settings) const {
@@ -606,7 +606,7 @@ struct Renderer::State {
       shape.width_px = static_cast<float>(settings.smoothie_width * fitted.frustum.tan_half_x / fitted.lm_from_px_scale);
     else
       shape.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
-    if (light.type == LightType::point) shape.ball_q_per_px = static_cast<float>(fitted.lm_from_px_scale);
+    if (light.type == LightType::point) shape.sphere_q_per_px = static_cast<float>(fitted.lm_from_px_scale);
     shape.two_sided = settings.method == Method::fins || settings.method == Method::layered_fins;
     shape.drop_hidden = !shape.two_sided || settings.faithful ? 0 : layers_of(settings) > 1 ? 1 : 2;
     shape.tile_step = device->tile_px;
@@ -1041,8 +1041,8 @@ LightBuffers Renderer::read_light_buffers(std::size_t light, std::size_t face) {
     const HsView& view = fitted.view;
     const std::size_t texels = pixels_of(view);
     buffers.resolution = {view.width_px, view.height_px};
-    const bool is_sun = s.scene.lights[light].type == LightType::directional;
-    const auto depth_of = [&](double z) { return is_sun ? fitted.horizon - fitted.unit / z : z; };
+    const bool is_directional = s.scene.lights[light].type == LightType::directional;
+    const auto depth_of = [&](double z) { return is_directional ? fitted.horizon - fitted.unit / z : z; };
     buffers.lm_from_px_origin = fitted.lm_from_px_origin * fitted.unit;
     buffers.lm_from_px_scale = fitted.lm_from_px_scale * fitted.unit;
     buffers.znear = depth_of(fitted.znear);

@@ -76,8 +76,10 @@ std::vector<Candidate> method_candidates(const MethodInfo& info, const ReportOpt
     const auto known = [&](const Candidate& other) { return other.settings == candidate.settings; };
     if (std::none_of(all.begin(), all.end(), known)) all.push_back(std::move(candidate));
   };
-  const std::vector<std::string> heeded = split(info.options, ' ');
-  const auto heeds = [&](std::string_view option) { return std::find(heeded.begin(), heeded.end(), option) != heeded.end(); };
+  const std::vector<std::string> used_options = split(info.options, ' ');
+  const auto uses = [&](std::string_view option) {
+    return std::find(used_options.begin(), used_options.end(), option) != used_options.end();
+  };
 
   std::vector<unsigned> resolutions = options.light_resolutions_px;
   const unsigned usual = Settings{}.light_resolution_px;
@@ -88,7 +90,7 @@ std::vector<Candidate> method_candidates(const MethodInfo& info, const ReportOpt
   base.method = info.method;
   base.light_resolution_px = has_usual ? usual : resolutions.back();
   const Settings defaults = base;
-  if (heeds("light-res")) {
+  if (uses("light-res")) {
     for (const unsigned resolution : resolutions) {
       Settings settings = defaults;
       settings.light_resolution_px = resolution;
@@ -97,7 +99,7 @@ std::vector<Candidate> method_candidates(const MethodInfo& info, const ReportOpt
   }
   add(defaults, true);
   for (const SettingAxis& axis : setting_axes()) {
-    if (!heeds(axis.option)) continue;
+    if (!uses(axis.option)) continue;
     for (const double value : options.quick ? axis.quick_values : axis.values) {
       Settings settings = defaults;
       axis.apply(settings, value);

@@ -60,7 +60,7 @@ HS_INLINE float16 v_gather(__global const float* p, int16 i) {
                    p[i.sc], p[i.sd], p[i.se], p[i.sf]);
 }
 #define v_all(m) (lane_bits(m) == 0xffffu)
-HS_INLINE float v_least(float16 v) {
+HS_INLINE float v_reduce_min(float16 v) {
   const float8 a = min(v.lo, v.hi);
   const float4 b = min(a.lo, a.hi);
   const float2 c = min(b.lo, b.hi);
@@ -72,13 +72,13 @@ HS_INLINE float v_least(float16 v) {
 // One lane of a mask or vector in memory.
 #define HS_LANE(v, i) (((const int*)&(v))[i])
 #define HS_FLOAT_LANE(v, i) (((const float*)&(v))[i])
-HS_INLINE int v_min(int16 v) {
+HS_INLINE int v_reduce_min_int(int16 v) {
   const int8 a = min(v.lo, v.hi);
   const int4 b = min(a.lo, a.hi);
   const int2 c = min(b.lo, b.hi);
   return min(c.x, c.y);
 }
-HS_INLINE float v_sum(float16 v) {
+HS_INLINE float v_reduce_add(float16 v) {
   const float8 a = v.lo + v.hi;
   const float4 b = a.lo + a.hi;
   const float2 c = b.lo + b.hi;
@@ -122,14 +122,14 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
   *right = p[i + 1];
 }
 #define v_all(m) ((m) != 0)
-#define v_least(v) (v)
+#define v_reduce_min(v) (v)
 #define v_first(v) (v)
 #define v_as_int as_int
 #define v_as_float as_float
 #define HS_LANE(v, i) (v)
 #define HS_FLOAT_LANE(v, i) (v)
-#define v_min(v) (v)
-#define v_sum(v) (v)
+#define v_reduce_min_int(v) (v)
+#define v_reduce_add(v) (v)
 #define lane_count(mask) ((mask) != 0)
 #define lane_bits(mask) ((uint)((mask) != 0))
 // A loop of no or one step: over the work-item's own texel, if it lies between.
@@ -143,7 +143,7 @@ HS_INLINE void v_gather_pair(__global const float* p, int i, float* left, float*
 
 // Asks for a value that will be read soon, where the compiler can: where there is one address space. What lies past a buffer's
 // end may be asked for.
-HS_INLINE void ask_for(__global const float* p) {
+HS_INLINE void prefetch(__global const float* p) {
 #if defined(__x86_64__) || defined(__aarch64__)
   __builtin_prefetch((const void*)(size_t)p);
 #endif
@@ -151,8 +151,8 @@ HS_INLINE void ask_for(__global const float* p) {
 
 // Asks for HS_LANES pixels of a plane of four channels. Processors read ahead along rows, but work-items go down a strip: they
 // ask for the next row themselves.
-HS_INLINE void ask_for_lanes4(__global const float4* plane, size_t first) {
-  for (int i = 0; i < HS_LANES; i += 4) ask_for((__global const float*)(plane + first + i));
+HS_INLINE void prefetch_lanes4(__global const float4* plane, size_t first) {
+  for (int i = 0; i < HS_LANES; i += 4) prefetch((__global const float*)(plane + first + i));
 }
 
 // The first lane of lane_bits that are not 0.
@@ -176,7 +176,7 @@ HS_INLINE void append_chosen(vint v, uint bits, int* list, int* count) {
   *count += (int)popcount(bits);
 }
 
-// Screen pixels: a work-item answers HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
+// Screen pixels: a work-item outputs HS_LANES pixels at a time along HS_STRIP rows (16 x 16 on CPU devices, one on GPU devices).
 // Visits them: (px, py) is the first of `valid` <= HS_LANES pixels of a row.
 #if HS_LANES == 16
 #define HS_STRIP 16

@@ -3,34 +3,34 @@
 
 // Where the light is a ball, a receiver sees the disc that faces it, so that distances in the penumbra are angles, not lengths in
 // the map. Here q is a point's place in the map, y down; 0 for discs, for which all of this comes to nothing.
-HS_INLINE float2 ball_q(const HsView view, const HsFinShape shape, float2 px) {
-  return (px - view.px_from_q.yw) * shape.ball_q_per_px;
+HS_INLINE float2 sphere_q(const HsView view, const HsFinShape shape, float2 px) {
+  return (px - view.px_from_q.yw) * shape.sphere_q_per_px;
 }
 
 // How far along an edge with this unit normal, for each step across it, the points lead that are nearest to q by angle: towards
 // normal + (q . normal) q.
-HS_INLINE float ball_skew(float2 q, float2 normal, float2 along) {
+HS_INLINE float sphere_skew(float2 q, float2 normal, float2 along) {
   const float s = dot(q, normal);
   return s * dot(q, along) / (1.0f + s * s);
 }
 
-// As reach_px, for a point of a ball's silhouette at q: see ball_distance in fins.cl. Its angle is one for which
+// As reach_px, for a point of a ball's silhouette at q: see sphere_distance in fins.cl. Its angle is one for which
 // |q - p| < R d sqrt(1 + p^2) - R d_far (1 + q . p) / sqrt(1 + p^2), with p the receiver's place, within the face.
-HS_INLINE float ball_reach_px(const HsFinShape shape, float2 q, float d, float d_far) {
-  const float radius = (shape.width_px > 0.0f ? shape.width_px / d : shape.radius_px) * shape.ball_q_per_px;
+HS_INLINE float sphere_reach_px(const HsFinShape shape, float2 q, float d, float d_far) {
+  const float radius = (shape.width_px > 0.0f ? shape.width_px / d : shape.radius_px) * shape.sphere_q_per_px;
   const float from_axis = sqrt(dot(q, q)) + 2.0f * radius * d, stretch = min(sqrt(1.0f + from_axis * from_axis), 3.0f);
-  return radius * (stretch * d - d_far * max(1.0f - 1.5f * stretch * radius * d, 0.0f)) / shape.ball_q_per_px;
+  return radius * (stretch * d - d_far * max(1.0f - 1.5f * stretch * radius * d, 0.0f)) / shape.sphere_q_per_px;
 }
 
 HS_INLINE float reach_at(const HsFinShape shape, float2 q, float d, float d_far) {
-  return shape.ball_q_per_px > 0.0f ? ball_reach_px(shape, q, d, d_far) : reach_px(shape, d, d_far);
+  return shape.sphere_q_per_px > 0.0f ? sphere_reach_px(shape, q, d, d_far) : reach_px(shape, d, d_far);
 }
 
 // Whether all of a piece of a ball's silhouette lies at an angle to the face's receivers at which it cannot hide anything. It is
 // as long as `length`, and begins at 1/d and q.
-HS_INLINE bool ball_misses_face(const HsFinShape shape, float2 q, float d, float length) {
-  if (shape.ball_q_per_px == 0.0f || shape.width_px > 0.0f) return false;
-  const float slant = sqrt(1.0f + dot(q, q)), nearest = slant / d - length, radius = shape.radius_px * shape.ball_q_per_px;
+HS_INLINE bool sphere_misses_face(const HsFinShape shape, float2 q, float d, float length) {
+  if (shape.sphere_q_per_px == 0.0f || shape.width_px > 0.0f) return false;
+  const float slant = sqrt(1.0f + dot(q, q)), nearest = slant / d - length, radius = shape.radius_px * shape.sphere_q_per_px;
   if (nearest <= radius || nearest <= length) return false;
   const float face = 1.0f;  // 54.7 degrees, to the face's corners, and room for its border
   return acos(1.0f / slant) > face + asin(radius / nearest) + asin(length / nearest);
@@ -40,8 +40,8 @@ HS_INLINE bool ball_misses_face(const HsFinShape shape, float2 q, float d, float
 HS_INLINE void bound_quad(const HsFinShape shape, float3 a, float3 b, float2 qa, float2 qb, float2 outward, float d_far,
                           float2* low, float2* high) {
   const float2 along = (float2)(-outward.y, outward.x);
-  const float2 a_reach = (outward + along * ball_skew(qa, outward, along)) * reach_at(shape, qa, a.z, d_far),
-               b_reach = (outward + along * ball_skew(qb, outward, along)) * reach_at(shape, qb, b.z, d_far);
+  const float2 a_reach = (outward + along * sphere_skew(qa, outward, along)) * reach_at(shape, qa, a.z, d_far),
+               b_reach = (outward + along * sphere_skew(qb, outward, along)) * reach_at(shape, qb, b.z, d_far);
   const float inner = shape.two_sided ? 1.0f : 0.0f;
   const float2 a_out = a.xy + a_reach, b_out = b.xy + b_reach, a_in = a.xy - a_reach * inner, b_in = b.xy - b_reach * inner;
   *low = min(min(a_in, b_in), min(a_out, b_out));
@@ -99,8 +99,8 @@ HS_INLINE void emit_corner(const HsView view, const HsFinShape shape, uint layer
                            __global HsFeature* features, __global ushort4* rects, __global uint* tile_counts,
                            __global HsStatus* status) {
   const HsFeature corner = {apex.x, apex.y, apex.z, h0.x, h0.y, h1.x, h1.y, kind};
-  const float2 q = ball_q(view, shape, apex.xy);
-  if (ball_misses_face(shape, q, apex.z, 0.0f)) return;
+  const float2 q = sphere_q(view, shape, apex.xy);
+  if (sphere_misses_face(shape, q, apex.z, 0.0f)) return;
   const float reach = reach_at(shape, q, apex.z, view.d_far);
   float2 low, high;
   bound_sector(apex.xy, h0, h1, reach, &low, &high);
@@ -136,7 +136,7 @@ HS_INLINE EdgeAtVertex edge_at_vertex(const HsView view, const HsFinShape shape,
   // The stored direction ends.x -> ends.y has the surface to its right where m > 0 (q space, y up): outward is left.
   const bool outward_left = (multiplicity > 0) == (ends.y == vertex);
   e.outward = outward_left ? (float2)(e.into.y, -e.into.x) : (float2)(-e.into.y, e.into.x);
-  const float skew = ball_skew(ball_q(view, shape, apex_px.xy), e.outward, e.into);
+  const float skew = sphere_skew(sphere_q(view, shape, apex_px.xy), e.outward, e.into);
   e.beyond = skew != 0.0f ? (e.into - e.outward * skew) / sqrt(1.0f + skew * skew) : e.into;
   return e;
 }
@@ -280,22 +280,22 @@ __kernel void build_features(const HsView view, HsFinShape shape, const uint lay
     const float length_px = sqrt(dot(along, along));
     if (!(length_px > 0.0f)) continue;  // seen end-on: the corners at its ends meet
     const float2 outward = (float2)(along.y, -along.x) / length_px;
-    int least_covered = HS_OPEN;
+    int min_covered = HS_OPEN;
     if (shape.drop_hidden) {
-      least_covered = HS_HIDDEN;
+      min_covered = HS_HIDDEN;
       for (int k = 1; k < 4; ++k) {
         const float3 at = from + (to - from) * (0.25f * (float)k);
-        least_covered = min(least_covered, outward_of(view, shape, shadow_map, at.xy, outward, at.z));
+        min_covered = min(min_covered, outward_of(view, shape, shadow_map, at.xy, outward, at.z));
       }
-      if (least_covered == HS_HIDDEN) continue;
+      if (min_covered == HS_HIDDEN) continue;
     }
     const HsFeature quad = {from.x, from.y, from.z, to.x,
-                            to.y,   to.z,   0.0f,   least_covered == HS_CLOSED ? HS_FEATURE_OUTER_EDGE : HS_FEATURE_EDGE};
+                            to.y,   to.z,   0.0f,   min_covered == HS_CLOSED ? HS_FEATURE_OUTER_EDGE : HS_FEATURE_EDGE};
     float2 low, high;
-    const float2 from_q = ball_q(view, shape, from.xy), to_q = ball_q(view, shape, to.xy);
+    const float2 from_q = sphere_q(view, shape, from.xy), to_q = sphere_q(view, shape, to.xy);
     const float3 across = (float3)(from_q / from.z - to_q / to.z, 1.0f / from.z - 1.0f / to.z);
     const float length = sqrt(dot(across, across));
-    if (ball_misses_face(shape, from_q, from.z, length) && ball_misses_face(shape, to_q, to.z, length)) continue;
+    if (sphere_misses_face(shape, from_q, from.z, length) && sphere_misses_face(shape, to_q, to.z, length)) continue;
     bound_quad(shape, from, to, from_q, to_q, outward, view.d_far, &low, &high);
     emit(shape, layer, quad, rect_of_feature(view, shape, low, high), features, rects, tile_counts, status);
   }

@@ -9,7 +9,8 @@
 typedef struct {
   float2 a, t, h0, h1;
   float ad, d_step, length_px;
-  // Where the light is a ball: ball_q of a and of the tile's first texel centre, texels to q, ball_skew at both ends of an edge.
+  // Where the light is a ball: sphere_q of a and of the tile's first texel centre, texels to q, sphere_skew at both ends of an
+  // edge.
   float2 q, tile_q;
   float q_per_px, skew, end_skew;
   float d_low, d_high;  // of its points
@@ -37,9 +38,9 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.h0 = (float2)(f.bx, f.by);
   t.h1 = (float2)(f.bd, f.c);
   t.length_px = t.d_step = t.skew = t.end_skew = 0.0f;
-  t.q_per_px = shape.ball_q_per_px;
-  t.q = ball_q(view, shape, (float2)(f.ax, f.ay));
-  t.tile_q = ball_q(view, shape, convert_float2(tile_px) + 0.5f);
+  t.q_per_px = shape.sphere_q_per_px;
+  t.q = sphere_q(view, shape, (float2)(f.ax, f.ay));
+  t.tile_q = sphere_q(view, shape, convert_float2(tile_px) + 0.5f);
   float2 low, high;
   float reach = reach_at(shape, t.q, f.ad, view.d_far);
   if (t.kind == HS_FEATURE_EDGE) {
@@ -49,9 +50,9 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
     t.d_step = (f.bd - f.ad) / t.length_px;
     t.d_low = min(f.ad, f.bd);
     t.d_high = max(f.ad, f.bd);
-    const float2 outward = (float2)(t.t.y, -t.t.x), end_q = ball_q(view, shape, (float2)(f.bx, f.by));
-    t.skew = ball_skew(t.q, outward, t.t);
-    t.end_skew = ball_skew(end_q, outward, t.t);
+    const float2 outward = (float2)(t.t.y, -t.t.x), end_q = sphere_q(view, shape, (float2)(f.bx, f.by));
+    t.skew = sphere_skew(t.q, outward, t.t);
+    t.end_skew = sphere_skew(end_q, outward, t.t);
     reach = max(reach, reach_at(shape, end_q, f.bd, view.d_far));
     bound_quad(shape, (float3)(t.a, f.ad), (float3)(b, f.bd), t.q, end_q, outward, view.d_far, &low, &high);
   } else {
@@ -87,7 +88,7 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
 // From a signed distance and 1/Lb in the map to what they would be if the disc that faces the texel lay in the light's plane. At
 // place p, with the silhouette's nearest point at q, an angle theta away: its part along the ray to p gives 1/L =
 // d (1 + p^2) / (1 + q . p), and the distance is tan(theta) sqrt(1 + p^2). False where theta is a right angle or more.
-HS_INLINE vint ball_distance(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
+HS_INLINE vint sphere_distance(const TileFeature* f, int x, int y, vfloat* delta_px, vfloat* d) {
   const vfloat px = f->tile_q.x + f->q_per_px * v_float(x + v_iota);
   const float py = f->tile_q.y + f->q_per_px * (float)y;
   const vfloat p2 = 1.0f + px * px + py * py;
@@ -122,7 +123,7 @@ HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px
     if (f->q_per_px > 0.0f) {
       const vfloat from = along - *delta_px * f->skew, to = along - *delta_px * f->end_skew;
       *d = f->ad + clamp(0.5f * (from + to), 0.0f, f->length_px) * f->d_step;
-      return (from >= -HS_SLACK_PX) & (to <= f->length_px + HS_SLACK_PX) & ball_distance(f, x, y, delta_px, d);
+      return (from >= -HS_SLACK_PX) & (to <= f->length_px + HS_SLACK_PX) & sphere_distance(f, x, y, delta_px, d);
     }
     *d = f->ad + along * f->d_step;
     return (along >= -HS_SLACK_PX) & (along <= f->length_px + HS_SLACK_PX);
@@ -131,7 +132,7 @@ HS_INLINE vint near_feature(const TileFeature* f, int x, int y, vfloat* delta_px
   *delta_px = f->kind == HS_FEATURE_CORNER ? distance_px : -distance_px;
   *d = (vfloat)(f->ad);
   vint inside = (vint)(-1);
-  if (f->q_per_px > 0.0f) inside = ball_distance(f, x, y, delta_px, d);
+  if (f->q_per_px > 0.0f) inside = sphere_distance(f, x, y, delta_px, d);
   return inside & (rx * f->h0.x + ry * f->h0.y >= -HS_SLACK_PX) & (rx * f->h1.x + ry * f->h1.y >= -HS_SLACK_PX);
 }
 
@@ -237,7 +238,7 @@ HS_INLINE float load_receivers(const HsView view, const FeatureTile tile, __glob
     v_store(d, d_receiver + slot);
     least = min(least, d);
   })
-  return max(v_least(least), view.d_far);
+  return max(v_reduce_min(least), view.d_far);
 }
 
 // ------------------------------------------------------------------------------------------------------------- smoothies
@@ -261,9 +262,9 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
   HsView view = light;
   const FeatureTile tile = feature_tile(view, shape, 0, 1, status, offsets, capacity);
   if (is_written(shape, offsets)) {
-    float d_receiver[HS_TILE_STORAGE], nearest_d[HS_TILE_STORAGE], least_alpha[HS_TILE_STORAGE];
+    float d_receiver[HS_TILE_STORAGE], nearest_d[HS_TILE_STORAGE], min_alpha[HS_TILE_STORAGE];
     for (int i = 0; i < HS_TILE_STORAGE; ++i) nearest_d[i] = 0.0f;
-    for (int i = 0; i < HS_TILE_STORAGE; ++i) least_alpha[i] = 1.0f;
+    for (int i = 0; i < HS_TILE_STORAGE; ++i) min_alpha[i] = 1.0f;
     // A fin that falls on nothing farther reaches no farther than for that: most of them lie on the caster itself.
     view.d_far = load_receivers(view, tile, shadow_map, d_receiver);
     HS_FOR_FEATURE_TEXELS(tile, , {
@@ -271,12 +272,12 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
       const vfloat alpha = smoothie_alpha(shape, max(delta_px, 0.0f), d, d_r);
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (alpha < 1.0f);
       v_store(v_select(v_load(nearest_d + slot), max(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
-      v_store(v_select(v_load(least_alpha + slot), min(v_load(least_alpha + slot), alpha), shadows), least_alpha + slot);
+      v_store(v_select(v_load(min_alpha + slot), min(v_load(min_alpha + slot), alpha), shadows), min_alpha + slot);
     })
     HS_FOR_TILE_TEXELS(tile, {
       const vfloat nearest = v_load(nearest_d + slot);
       store_lanes(v_select((vfloat)(HS_EMPTY_Z), 1.0f / nearest, nearest > 0.0f), fin_depth, texel, valid);
-      store_lanes(v_load(least_alpha + slot), fin_alpha, texel, valid);
+      store_lanes(v_load(min_alpha + slot), fin_alpha, texel, valid);
     })
     flag_near_tile(tile.touched, tile_near_fins);
   }

@@ -11,8 +11,8 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
                     __global float4* rgb) {
   HS_FOR_PIXELS(px, py, valid, camera.width_px, camera.height_px) {
     const size_t first = (size_t)py * camera.width_px + px, below = first + camera.width_px;
-    ask_for(depth_or_position + below);
-    ask_for_lanes4(normal, below);
+    prefetch(depth_or_position + below);
+    prefetch_lanes4(normal, below);
     vfloat x, y, z, nx, ny, nz, unused;
     vint seen;
     if (camera.has_depth) {
@@ -35,7 +35,7 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
     vfloat red = (vfloat)(ambient.x), green = (vfloat)(ambient.y), blue = (vfloat)(ambient.z);
     for (uint i = 0; i < light_count; ++i) {
       __constant const HsShadeLight* light = lights + i;
-      ask_for(visibility + (size_t)camera.width_px * camera.height_px * i + below);
+      prefetch(visibility + (size_t)camera.width_px * camera.height_px * i + below);
       const float4 from = light->position_ws;
       const vfloat lx = from.x - from.w * x, ly = from.y - from.w * y, lz = from.z - from.w * z;
       const vfloat x_ls = -(light->from_camera_x.x * lx + light->from_camera_x.y * ly + light->from_camera_x.z * lz);
@@ -65,7 +65,7 @@ __kernel void shade(const uint light_count, __constant const HsShadeLight* light
     } else {
       // Neighbours mostly share a face.
       float4 base[HS_LANES];
-      ask_for((__global const float*)(faces + below));
+      prefetch((__global const float*)(faces + below));
       uint last = faces[first];
       float4 color = last == 0xffffffffu ? (float4)(0.0f) : materials[face_meshes[last]];
       for (int i = 0; i < HS_LANES; ++i) {

@@ -85,12 +85,12 @@ typedef struct {
 // are binned to, HS_TILE texels wide: the map's own, or, where pixels are answered tile by tile, overlapping by a texel, so that
 // every 2x2 footprint lies in one.
 typedef struct {
-  float radius_px;      // light radius R in light map texels at unit distance
-  float width_px;       // 0 where the width follows from the radius
-  hs_uint two_sided;    // 1: inner fins too
-  hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster hides; 2: that anything hides
-  float ball_q_per_px;  // light map units a texel where the light is a ball, else 0: see ball_q in features.cl
-  hs_uint tile_step;    // texels from tile to tile: HS_TILE or one less
+  float radius_px;        // light radius R in light map texels at unit distance
+  float width_px;         // 0 where the width follows from the radius
+  hs_uint two_sided;      // 1: inner fins too
+  hs_uint drop_hidden;    // 1: no features for silhouettes that their own caster hides; 2: that anything hides
+  float sphere_q_per_px;  // light map units a texel where the light is a ball, else 0: see sphere_q in features.cl
+  hs_uint tile_step;      // texels from tile to tile: HS_TILE or one less
   hs_uint tiles_x, tiles_y;
 } HsFinShape;
 
@@ -107,7 +107,7 @@ typedef struct {
   float table_per_turn;  // steps of SampleTable's `below` a quarter turn
   hs_uint sample_count;  // 16, 64, 256 or 1024
   hs_uint rotated;       // 1: the samples are turned by an angle of each pixel's own
-  hs_uint ball;          // 1: each receiver sees the disc that faces it
+  hs_uint sphere;        // 1: each receiver sees the disc that faces it
   hs_uint tinted;        // 1: the samples have weights a channel, and a tint is counted too
   hs_uint cells_across;  // of the grid that the samples are sorted into
 } HsDisc;

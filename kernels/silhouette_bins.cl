@@ -67,15 +67,16 @@ HS_INLINE void load_block(const HsView view, __global const EdgeBlock* block, in
   const vfloat none = (vfloat)(INFINITY);
   in_map->some = some;
   in_map->everywhere = v_any(some & e->everywhere);
-  in_map->low = (float2)(v_least(v_select(none, min(e->ax, e->bx), some)), v_least(v_select(none, min(e->ay, e->by), some)));
+  in_map->low =
+      (float2)(v_reduce_min(v_select(none, min(e->ax, e->bx), some)), v_reduce_min(v_select(none, min(e->ay, e->by), some)));
   in_map->high =
-      -(float2)(v_least(v_select(none, min(-e->ax, -e->bx), some)), v_least(v_select(none, min(-e->ay, -e->by), some)));
-  in_map->d = -v_least(v_select(none, min(-e->da, -e->db), some));
+      -(float2)(v_reduce_min(v_select(none, min(-e->ax, -e->bx), some)), v_reduce_min(v_select(none, min(-e->ay, -e->by), some)));
+  in_map->d = -v_reduce_min(v_select(none, min(-e->da, -e->db), some));
 }
 
 HS_INLINE ushort4 rect_of_block(const HsView view, const MapBlock* block, float radius_px) {
   if (block->everywhere) return (ushort4)(0, 0, view.tiles_x, view.tiles_y);
-  const float reach = v_least(edge_reach(radius_px, (vfloat)(block->d), (vfloat)(view.d_far)));  // the same in all lanes
+  const float reach = v_reduce_min(edge_reach(radius_px, (vfloat)(block->d), (vfloat)(view.d_far)));  // the same in all lanes
   return rect_of_points(view, block->low - reach, block->high + reach);
 }
 

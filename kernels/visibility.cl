@@ -3,7 +3,7 @@
 // What HS_LANES pixels are to a light.
 typedef struct {
   vint decided;       // visibility needs no look-up and is `visibility`
-  vint elsewhere;     // of these, those that another face of the light answers for
+  vint elsewhere;     // of these, those that another face of the light outputs for
   vfloat visibility;  // of decided pixels
   vfloat u, v;        // light map position in texels, texel centres at integers
   vfloat z;           // light-space depth
@@ -255,11 +255,11 @@ HS_INLINE void store_visibility(const Receiver* r, vfloat result, __global float
   store_lanes(result, visibility, first, valid);
 }
 
-// Answers this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
+// Outputs this work-item's pixels: `body` turns an undecided Receiver r into a visibility.
 #define HS_FOR_RECEIVERS(body)                                                                                   \
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {                                                  \
-    ask_for(depth_or_position + (size_t)(py + 1) * view.width_px + px);                                          \
-    ask_for_lanes4(normal, (size_t)(py + 1) * view.width_px + px);                                               \
+    prefetch(depth_or_position + (size_t)(py + 1) * view.width_px + px);                                         \
+    prefetch_lanes4(normal, (size_t)(py + 1) * view.width_px + px);                                              \
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);                            \
     vfloat result = r.visibility;                                                                                \
     if (v_any(v_not(r.decided))) result = v_select(body, r.visibility, r.decided);                               \

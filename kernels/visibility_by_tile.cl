@@ -6,7 +6,7 @@
 
 // Takes the lanes of the least tile out of those that are left.
 HS_INLINE vint next_tile(vint tiles, vint* left, int* tile) {
-  *tile = v_min(v_select((vint)(INT_MAX), tiles, *left));
+  *tile = v_reduce_min_int(v_select((vint)(INT_MAX), tiles, *left));
   const vint same = *left & (tiles == *tile);
   *left &= v_not(same);
   return same;
@@ -14,7 +14,7 @@ HS_INLINE vint next_tile(vint tiles, vint* left, int* tile) {
 
 // Adds receivers of a tile to its number, and the farthest one's depth to its bound, float bits.
 HS_INLINE void bound_tile(vint receivers, vfloat z, __global int* far, __global uint* count, uint more) {
-  atomic_max(far, -v_min(v_select((vint)(0), -v_as_int(z), receivers)));
+  atomic_max(far, -v_reduce_min_int(v_select((vint)(0), -v_as_int(z), receivers)));
   atomic_add(count, more);
 }
 
@@ -27,27 +27,27 @@ HS_INLINE void bound_tile(vint receivers, vfloat z, __global int* far, __global 
 
 // Asks for what the shadow map holds where pixels (px .., py) lie: what the next row's look-ups would wait for is there by then,
 // which matters where other programs use the same memory.
-HS_INLINE void ask_for_texels(const HsView light, const HsReceiverView view, int px, int py, int valid,
-                              __global const float* depth_or_position, __global const float* shadow_map) {
+HS_INLINE void prefetch_texels(const HsView light, const HsReceiverView view, int px, int py, int valid,
+                               __global const float* depth_or_position, __global const float* shadow_map) {
 #if HS_LANES == 16
   if (py >= (int)view.height_px) return;
   const PixelPlace p = place_pixels(light, view, px, py, valid, depth_or_position);
   const vint texels = row(light, v_int(rint(p.v))) * (int)light.width_px + column(light, v_int(rint(p.u)));
-  ask_for(shadow_map + texels.s0);
-  ask_for(shadow_map + texels.s5);
-  ask_for(shadow_map + texels.sa);
-  ask_for(shadow_map + texels.sf);
+  prefetch(shadow_map + texels.s0);
+  prefetch(shadow_map + texels.s5);
+  prefetch(shadow_map + texels.sa);
+  prefetch(shadow_map + texels.sf);
 #endif
 }
 
-// What the shadow map answers; where silhouettes may come near, and where it does not tell, count_samples answers instead.
+// What the shadow map outputs; where silhouettes may come near, and where it does not tell, count_samples outputs instead.
 // receiver_words: uint a pixel, 0 for none. tile_far: float bits a tile: depth of its farthest receiver; 0 without. tile_counts:
 // its receivers. Both must be 0.
 __kernel void receive_by_map(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                              __global const float4* normal, __global const float* shadow_map, __global uint* receiver_words,
                              __global int* tile_far, __global uint* tile_counts, __global float* visibility, const uint plane) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
-    ask_for_texels(light, view, px, py + 1, valid, depth_or_position, shadow_map);
+    prefetch_texels(light, view, px, py + 1, valid, depth_or_position, shadow_map);
     const Receiver r = locate(light, view, px, py, valid, depth_or_position, normal);
     vfloat result = r.visibility;
     vint words = (vint)(0);

@@ -102,7 +102,7 @@ HS_INLINE void bound_values(const float* values, int first, int end, float* midd
     low = v_select(low, min(low, v), some);
     high = v_select(high, max(high, v), some);
   }
-  const float least = v_least(low), most = -v_least(-high);
+  const float least = v_reduce_min(low), most = -v_reduce_min(-high);
   *middle = 0.5f * (least + most);
   *half_size = 0.5f * (most - least);
 }

@@ -150,7 +150,7 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
                             Passing* passing, Walk* walk) {
   int taken = 0;
   const Facing facing = facing_of(px, py, pz);
-  const float p_z = disc.ball ? dot(facing.z, (float3)(px, py, pz)) : pz;  // how far p lies before the disc's plane
+  const float p_z = disc.sphere ? dot(facing.z, (float3)(px, py, pz)) : pz;  // how far p lies before the disc's plane
   for (int i = first; i < first + count; i += HS_LANES) {
     const vint front0 =
         v_load(list->n0x + i) * px + v_load(list->n0y + i) * py + v_load(list->n0z + i) * pz >= v_load(list->n0w + i);
@@ -162,7 +162,7 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
     const vfloat ax_ls = v_load(list->ax + i), ay_ls = v_load(list->ay + i), az_ls = v_load(list->az + i);
     const vfloat bx_ls = v_load(list->bx + i), by_ls = v_load(list->by + i), bz_ls = v_load(list->bz + i);
     ProjectedEdge e;
-    if (disc.ball)
+    if (disc.sphere)
       e = project_edge(along_axis(facing.x, ax_ls, ay_ls, az_ls), along_axis(facing.y, ax_ls, ay_ls, az_ls),
                        along_axis(facing.z, ax_ls, ay_ls, az_ls), along_axis(facing.x, bx_ls, by_ls, bz_ls),
                        along_axis(facing.y, bx_ls, by_ls, bz_ls), along_axis(facing.z, bx_ls, by_ls, bz_ls), 0.0f, 0.0f, p_z);
@@ -486,5 +486,5 @@ HS_INLINE float4 tint_of(const v_short* counts, int centre, int n, __global cons
     green += v_select((vfloat)(0.0f), v_load(weights + n + k), seen);
     blue += v_select((vfloat)(0.0f), v_load(weights + 2 * n + k), seen);
   }
-  return (float4)((float3)(v_sum(red), v_sum(green), v_sum(blue)) / (float)n, 1.0f);
+  return (float4)((float3)(v_reduce_add(red), v_reduce_add(green), v_reduce_add(blue)) / (float)n, 1.0f);
 }

@@ -19,7 +19,7 @@
 #define HS_PAIRS 16384
 #define HS_BANDS 128   // edges at once
 #define HS_LOADED 128  // pairs at once
-#define HS_PAIR_ROOM (HS_PAIRS + HS_BANDS * HS_WINDOW_SAMPLES + HS_MAX_SAMPLES + HS_LANES)
+#define HS_PAIR_CAPACITY (HS_PAIRS + HS_BANDS * HS_WINDOW_SAMPLES + HS_MAX_SAMPLES + HS_LANES)
 #define HS_GROUP_VECTORS (HS_GROUP / HS_LANES)
 #define HS_NEAR_FACES 2048
 #define HS_CROSSED 16
@@ -37,18 +37,18 @@ typedef struct {
   float dx[HS_GROUP], dy[HS_GROUP], dz[HS_GROUP];  // the ways to them from the first one
   ushort order[HS_GROUP];                          // where they are in the batch, from the group's first on
   int count;
-  Bounds way, direction;       // of each vector of ways, and of those as unit vectors
-  int run_edge[HS_PAIR_ROOM];  // edges, and the samples that they may pass over: pairs, in runs of one edge each
-  int run_end[HS_PAIR_ROOM];   // where runs end in the pairs
+  Bounds segment, direction;       // of each vector of ways, and of those as unit vectors
+  int run_edge[HS_PAIR_CAPACITY];  // edges, and the samples that they may pass over: pairs, in runs of one edge each
+  int run_end[HS_PAIR_CAPACITY];   // where runs end in the pairs
   int run_count;
-  int pair_what[HS_PAIR_ROOM];  // a sample's number, and in the high half the edge's multiplicity as the sample has it
+  int pair_what[HS_PAIR_CAPACITY];  // a sample's number, and in the high half the edge's multiplicity as the sample has it
   int pair_count;
   float pairs_per_edge;            // where there were too many; else 0
   ushort changes[HS_MAX_SAMPLES];  // 1 for samples of pairs, 0 for the others
   ushort changing[HS_MAX_SAMPLES];
   int changing_count;
-  short16 jumps[HS_GROUP_VECTORS * HS_MAX_SAMPLES];  // J, sample by sample for each vector of receivers
-  short depth[HS_GROUP];                             // F for the light's centre
+  short16 deltas[HS_GROUP_VECTORS * HS_MAX_SAMPLES];  // J, sample by sample for each vector of receivers
+  short depth[HS_GROUP];                              // F for the light's centre
   uint crossed[HS_GROUP * HS_CROSSED];  // faces that the way to each receiver goes through and whose plane cuts the disc,
   int crossed_count[HS_GROUP];          //   twice the number + 1 if the centre is on p0's side
 } Sweep;
@@ -79,7 +79,7 @@ HS_INLINE void projected_bounds(vfloat low_a, vfloat high_a, float low_p, float 
 }
 
 HS_INLINE void bound_lanes(vfloat v, float* middle, float* half_size) {
-  const float low = v_least(v), high = -v_least(-v);
+  const float low = v_reduce_min(v), high = -v_reduce_min(-v);
   *middle = 0.5f * (low + high);
   *half_size = 0.5f * (high - low);
 }
@@ -124,7 +124,7 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
     v_store(dx, sweep->dx + i);
     v_store(dy, sweep->dy + i);
     v_store(dz, sweep->dz + i);
-    bound_vector(dx, dy, dz, v, &sweep->way);
+    bound_vector(dx, dy, dz, v, &sweep->segment);
     const vfloat length = sqrt(dx * dx + dy * dy + dz * dz);
     const vint none = length == 0.0f;
     const vfloat to_unit = 1.0f / v_select(length, (vfloat)(1.0f), none);
@@ -342,7 +342,7 @@ HS_INLINE vfloat sum_of_sizes(vfloat x, vfloat y, vfloat z) {
   return fabs(x) + fabs(y) + fabs(z);
 }
 
-// What sum_jumps needs of some pairs of edge a -> b and sample s: n is the normal of the plane through them, away from p0's side
+// What sum_deltas needs of some pairs of edge a -> b and sample s: n is the normal of the plane through them, away from p0's side
 // of the edge, from0 how far p0 is on the other side; m_a and m_b are the normals of the planes through s, p0 and an end; jump is
 // what is added to D(s) where the edge is passed.
 typedef struct {
@@ -350,7 +350,7 @@ typedef struct {
   float sx[HS_LOADED], sy[HS_LOADED];  // unit disc
   float nx[HS_LOADED], ny[HS_LOADED], nz[HS_LOADED], from0[HS_LOADED], unsure[HS_LOADED];
   float m_ax[HS_LOADED], m_ay[HS_LOADED], m_az[HS_LOADED], m_bx[HS_LOADED], m_by[HS_LOADED], m_bz[HS_LOADED];
-  int left0[HS_LOADED], jump[HS_LOADED];
+  int left0[HS_LOADED], delta[HS_LOADED];
   int sample[HS_LOADED];
   int edge_before[HS_LOADED];  // not 0 where the edge is before all receivers: what passes it passes behind it
   // Those that may be passed on the way to one vector of receivers; of these, with edges before and with edges that may not be.
@@ -415,7 +415,7 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
     v_store(what & 0xffff, pairs->sample + to);
     const vfloat away = v_select((vfloat)(1.0f), (vfloat)(-1.0f), left0), away_x = nx * away, away_y = ny * away,
                  away_z = nz * away, away0 = from0 * away;
-    v_store(v_select(m, -m, left0), pairs->jump + to);
+    v_store(v_select(m, -m, left0), pairs->delta + to);
     v_store(away_x, pairs->nx + to);
     v_store(away_y, pairs->ny + to);
     v_store(away_z, pairs->nz + to);
@@ -435,15 +435,15 @@ int load_pairs(const HsDisc disc, const SampleSet* set, const Region* region, co
 // another side of the edge than p0 does, with ways for which its ends are on different sides of the plane through sample and way.
 HS_INLINE void find_between(const Sweep* sweep, int count, int v, Pairs* pairs) {
 #pragma OPENCL FP_CONTRACT ON
-  const Bounds *way = &sweep->way, *direction = &sweep->direction;
+  const Bounds *segment = &sweep->segment, *direction = &sweep->direction;
   const float slack = 1e-5f;
   const float hx = direction->half_x[v] + slack, hy = direction->half_y[v] + slack, hz = direction->half_z[v] + slack;
   int before_count = 0, beside_count = 0;
   for (int k = 0; k < count; k += HS_LANES) {
     const vfloat nx = v_load(pairs->nx + k), ny = v_load(pairs->ny + k), nz = v_load(pairs->nz + k);
-    const vfloat from = nx * way->x[v] + ny * way->y[v] + nz * way->z[v] + v_load(pairs->from0 + k);
+    const vfloat from = nx * segment->x[v] + ny * segment->y[v] + nz * segment->z[v] + v_load(pairs->from0 + k);
     const vfloat from_reach =
-        fabs(nx) * way->half_x[v] + fabs(ny) * way->half_y[v] + fabs(nz) * way->half_z[v] + v_load(pairs->unsure + k);
+        fabs(nx) * segment->half_x[v] + fabs(ny) * segment->half_y[v] + fabs(nz) * segment->half_z[v] + v_load(pairs->unsure + k);
     const vfloat m_ax = v_load(pairs->m_ax + k), m_ay = v_load(pairs->m_ay + k), m_az = v_load(pairs->m_az + k);
     const vfloat m_bx = v_load(pairs->m_bx + k), m_by = v_load(pairs->m_by + k), m_bz = v_load(pairs->m_bz + k);
     const vfloat a_side = m_ax * direction->x[v] + m_ay * direction->y[v] + m_az * direction->z[v],
@@ -463,8 +463,8 @@ HS_INLINE void find_between(const Sweep* sweep, int count, int v, Pairs* pairs) 
 // Which ways to vector v of receivers pass pair k's edge, or the line of sight beyond it: those after which the sample is on the
 // edge's other side, while its ends are on different sides of the plane through the sample and the way. *from, *da, *db: how far
 // they are.
-HS_INLINE vint ways_across(const HsDisc disc, const Sweep* sweep, const Pairs* pairs, int v, int k, vfloat dx, vfloat dy,
-                           vfloat dz, vfloat* from, vfloat* da, vfloat* db) {
+HS_INLINE vint segments_across(const HsDisc disc, const Sweep* sweep, const Pairs* pairs, int v, int k, vfloat dx, vfloat dy,
+                               vfloat dz, vfloat* from, vfloat* da, vfloat* db) {
 #pragma OPENCL FP_CONTRACT ON
   *from = pairs->from0[k] + pairs->nx[k] * dx + pairs->ny[k] * dy + pairs->nz[k] * dz;
   vfloat side = *from;
@@ -483,17 +483,17 @@ HS_INLINE vint ways_across(const HsDisc disc, const Sweep* sweep, const Pairs* p
   return ((v_as_int(*da) ^ v_as_int(*db)) & ~v_as_int(side)) < 0;
 }
 
-HS_INLINE void add_jump(Sweep* sweep, const Pairs* pairs, int v, int k, vint passes) {
-  sweep->jumps[v * HS_MAX_SAMPLES + pairs->sample[k]] += v_short_of(passes) & (short16)((short)pairs->jump[k]);
+HS_INLINE void add_delta(Sweep* sweep, const Pairs* pairs, int v, int k, vint passes) {
+  sweep->deltas[v * HS_MAX_SAMPLES + pairs->sample[k]] += v_short_of(passes) & (short16)((short)pairs->delta[k]);
 }
 
 // Adds up J of all changing samples and receivers. False if an edge meets the way between receivers, as nearly as can be told.
-bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
+bool sum_deltas(const HsDisc disc, const SampleSet* set, const Region* region, const EdgePool* list, int first, Sweep* sweep) {
   Pairs pairs;
   const int n = (int)disc.sample_count;
   for (int sample = 0; sample < n; ++sample) sweep->changes[sample] = 0;
   for (int v = 0; v * HS_LANES < sweep->count; ++v)
-    for (int sample = 0; sample < n; ++sample) sweep->jumps[v * HS_MAX_SAMPLES + sample] = (short16)(0);
+    for (int sample = 0; sample < n; ++sample) sweep->deltas[v * HS_MAX_SAMPLES + sample] = (short16)(0);
   for (int at = 0, run = 0, loaded; at < sweep->pair_count; at += loaded) {
     loaded = load_pairs(disc, set, region, list, first, sweep, at, &run, &pairs);
     vint meets = (vint)(0);
@@ -504,19 +504,19 @@ bool sum_jumps(const HsDisc disc, const SampleSet* set, const Region* region, co
       for (int i = 0; i < pairs.before_count; ++i) {
         const int k = pairs.before[i];
         vfloat from, da, db;
-        add_jump(sweep, &pairs, v, k, ways_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db));
+        add_delta(sweep, &pairs, v, k, segments_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db));
       }
       for (int i = 0; i < pairs.beside_count; ++i) {
 #pragma OPENCL FP_CONTRACT ON
         const int k = pairs.beside[i];
         vfloat from, da, db;
-        const vint passes = ways_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db);
+        const vint passes = segments_across(disc, sweep, &pairs, v, k, dx, dy, dz, &from, &da, &db);
         // Where the edge meets the plane, and where the way does: depths, each times the other's weight.
         const vfloat size0 = (vfloat)(fabs(pairs.from0[k])), size_a = fabs(da), size_b = fabs(db), sum = size0 + fabs(from);
         const vfloat edge_z = (pairs.az[k] * size_b + pairs.bz[k] * size_a) * sum;
-        const vfloat way_z = (sweep->z[0] * sum + dz * size0) * (size_a + size_b);
-        meets |= passes & (fabs(edge_z - way_z) <= 4e-6f * way_z);
-        add_jump(sweep, &pairs, v, k, passes & (edge_z < way_z));
+        const vfloat segment_z = (sweep->z[0] * sum + dz * size0) * (size_a + size_b);
+        meets |= passes & (fabs(edge_z - segment_z) <= 4e-6f * segment_z);
+        add_delta(sweep, &pairs, v, k, passes & (edge_z < segment_z));
       }
     }
     if (v_any(meets)) return false;
@@ -591,7 +591,7 @@ void see_by_sweep(const HsDisc disc, const Sweep* sweep, const v_short* base, fl
     for (int i = 0; i < sweep->changing_count; ++i) {
       const int sample = sweep->changing[i];
       const short16 sum =
-          sweep->jumps[first / HS_LANES * HS_MAX_SAMPLES + sample] + (short16)(((const short*)base)[sample]) + depth;
+          sweep->deltas[first / HS_LANES * HS_MAX_SAMPLES + sample] + (short16)(((const short*)base)[sample]) + depth;
       count -= sum <= (short16)(0);
       below |= sum < (short16)(0);
     }
@@ -621,7 +621,7 @@ void counts_by_sweep(const HsDisc disc, const SampleSet* set, const Sweep* sweep
   for (int k = 0; k < n / HS_LANES; ++k) counts[k] = base[k] + (v_short)(sweep->depth[i]);
   for (int k = 0; k < sweep->changing_count; ++k)
     ((short*)counts)[sweep->changing[k]] +=
-        ((const short*)(sweep->jumps + i / HS_LANES * HS_MAX_SAMPLES + sweep->changing[k]))[i % HS_LANES];
+        ((const short*)(sweep->deltas + i / HS_LANES * HS_MAX_SAMPLES + sweep->changing[k]))[i % HS_LANES];
   for (int k = 0; k < sweep->crossed_count[i]; ++k) {
     const uint crossed = sweep->crossed[i * HS_CROSSED + k];
     const float4 f = planes[crossed >> 1];

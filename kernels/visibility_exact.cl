@@ -2,17 +2,17 @@
 
 #if HS_LANES == 16
 // Groups of fewer receivers count each for itself, as do those whose edges times receivers are little work. By trial.
-#define HS_LEAST_GROUP 4
+#define HS_MIN_GROUP 4
 #define HS_LITTLE_WORK 8192
 #define HS_PAIRS_LEFT 0.6f  // of pairs to an edge, in half of a group
 #define HS_NARROW_AGAIN 2
-#define HS_MOST_PARTS 64
+#define HS_MAX_PARTS 64
 #else
-#define HS_LEAST_GROUP 1
+#define HS_MIN_GROUP 1
 #define HS_LITTLE_WORK 0
 #define HS_PAIRS_LEFT 1.0f
 #define HS_NARROW_AGAIN 1
-#define HS_MOST_PARTS 1
+#define HS_MAX_PARTS 1
 #endif
 
 // What is known of a light, its map and what casts.
@@ -40,19 +40,19 @@ void count_centres(const Casters* casters, const Batch* batch, const Region* bat
   for (int i = 0; i < asking_count; ++i) centre[asking[i]] = crossings[i];
 }
 
-// Where answers go.
+// Where outputs go.
 typedef struct {
   __global float* visibility;  // of the plane
   __global float4* tints;      // of the plane
   __global HsStatus* status;
-} Answers;
+} Outputs;
 
-HS_INLINE void answer(const Answers* answers, const Casters* casters, uint pixel, float seen, bool negative,
-                      const v_short* counts, int centre) {
-  if (negative) atomic_inc(&answers->status->negative_count);
-  answers->visibility[pixel] = seen;
+HS_INLINE void store_visible(const Outputs* outputs, const Casters* casters, uint pixel, float seen, bool negative,
+                             const v_short* counts, int centre) {
+  if (negative) atomic_inc(&outputs->status->negative_count);
+  outputs->visibility[pixel] = seen;
   if (casters->disc.tinted)
-    answers->tints[pixel] = counts ? tint_of(counts, centre, (int)casters->disc.sample_count, casters->set.weights)
+    outputs->tints[pixel] = counts ? tint_of(counts, centre, (int)casters->disc.sample_count, casters->set.weights)
                                    : (float4)(seen, seen, seen, 1.0f);
 }
 
@@ -95,8 +95,8 @@ bool finds_brighter(const v_short* counts, int n) {
   return short_lane_count(below) != 0;
 }
 
-// Answers a receiver by its counts; 0: all are 0.
-void answer_by_counts(const Casters* casters, const Answers* answers, uint pixel, const v_short* counts, int centre) {
+// Outputs a receiver by its counts; 0: all are 0.
+void store_counts(const Casters* casters, const Outputs* outputs, uint pixel, const v_short* counts, int centre) {
   const int n = (int)casters->disc.sample_count;
   float seen = centre <= 0 ? 1.0f : 0.0f;
   bool negative = centre < 0;
@@ -109,16 +109,16 @@ void answer_by_counts(const Casters* casters, const Answers* answers, uint pixel
     }
     seen = (float)seen_count / (float)n;
   }
-  answer(answers, casters, pixel, seen, negative, counts, centre);
+  store_visible(outputs, casters, pixel, seen, negative, counts, centre);
 }
 
-// Answers receivers first .. first + count whose edges have been walked.
-void answer_walked(const Casters* casters, Workspace* w, int first, int count, uint tile, const Answers* answers) {
+// Outputs receivers first .. first + count whose edges have been walked.
+void store_walked(const Casters* casters, Workspace* w, int first, int count, uint tile, const Outputs* outputs) {
   for (int i = 0; i < count; ++i)
     w->brighter[i] = w->walks[i].touched && finds_brighter(counts_of(w, i), (int)casters->disc.sample_count);
   count_centres(casters, &w->batch, &w->batch_region, first, count, tile, w->walks, w->brighter, &w->faces_before, w->centre);
   for (int i = 0; i < count; ++i)
-    answer_by_counts(casters, answers, w->batch.pixel[first + i], w->walks[i].touched ? counts_of(w, i) : 0, w->centre[i]);
+    store_counts(casters, outputs, w->batch.pixel[first + i], w->walks[i].touched ? counts_of(w, i) : 0, w->centre[i]);
 }
 
 HS_INLINE void forget_walks(Workspace* w, int count) {
@@ -156,16 +156,16 @@ void find_near_faces(const Casters* casters, const Region* region, uint tile, in
 
 // So many pairs of an edge and a sample that it may pass over, and a group is cheaper shared than in halves, of which each needs
 // a walk and has more than half of them, and than walked. By trial, as the cost of a pair.
-HS_INLINE int most_pairs(int count, int list_count) {
+HS_INLINE int max_pairs(int count, int list_count) {
   return min(4 * list_count + 3072, count * (4 + list_count / 3));
 }
 
-// Answers a group by one walk and what changes from there. False, and nothing done, where walks are cheaper or have to decide.
-bool answer_group(const Casters* casters, Workspace* w, const Region* region, int list_first, int list_count, int first,
-                  int count, uint tile, const Answers* answers) {
+// Outputs a group by one walk and what changes from there. False, and nothing done, where walks are cheaper or have to decide.
+bool propagate_in_group(const Casters* casters, Workspace* w, const Region* region, int list_first, int list_count, int first,
+                        int count, uint tile, const Outputs* outputs) {
   Sweep* sweep = &w->sweep;
   const int n = (int)casters->disc.sample_count;
-  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, most_pairs(count, list_count), sweep))
+  if (!find_swept(casters->disc, &casters->set, region, &w->pool, list_first, list_count, max_pairs(count, list_count), sweep))
     return false;
   load_swept(&w->batch, region, first, count, sweep);
   if (first < w->near_faces.first || first + count > w->near_faces.end) {
@@ -174,7 +174,7 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
   }
   if (!find_crossed(region, &w->near_faces, casters->faces.triangles, casters->faces.vertices_ls, casters->faces.planes,
                     casters->faces.disc_sides, sweep) ||
-      !sum_jumps(casters->disc, &casters->set, region, &w->pool, list_first, sweep))
+      !sum_deltas(casters->disc, &casters->set, region, &w->pool, list_first, sweep))
     return false;
 
   forget_walks(w, 1);
@@ -190,25 +190,25 @@ bool answer_group(const Casters* casters, Workspace* w, const Region* region, in
     const uint pixel = w->batch.pixel[first + sweep->order[i]];
     if (casters->disc.tinted || sweep->crossed_count[i] > 0) {
       counts_by_sweep(casters->disc, &casters->set, sweep, w->base, casters->faces.planes, i, w->counts);
-      answer_by_counts(casters, answers, pixel, w->counts, 0);
+      store_counts(casters, outputs, pixel, w->counts, 0);
     } else {
-      answer(answers, casters, pixel, seen[i], negative[i], 0, 0);
+      store_visible(outputs, casters, pixel, seen[i], negative[i], 0, 0);
     }
   }
   return true;
 }
 #endif
 
-// Answers a batch: in halves, until the edges of a half have room in the list and one receiver can answer for all, or there is
+// Outputs a batch: in halves, until the edges of a half have room in the list and one receiver can answer for all, or there is
 // too little to share.
-void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint tile, const TileEdges* tile_edges,
-                  const Answers* answers) {
+void count_batch(const Casters* casters, Workspace* w, int batch_count, uint tile, const TileEdges* tile_edges,
+                 const Outputs* outputs) {
   struct {
     int first, count;
     int list_first, list_count;  // in the pool; list_count < 0: not listed yet
     int narrowed_for;            // receivers
     float pairs_per_edge;        // what sharing would come to, about; 0: not known
-  } parts[HS_MOST_PARTS];
+  } parts[HS_MAX_PARTS];
   bound_region(&w->batch, 0, batch_count, &w->batch_region);
   w->faces_before.from = w->faces_before.to = 0;
 #if HS_LANES == 16
@@ -232,7 +232,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
       list_count = list_edges(casters->view, casters->disc.radius_px, &region, tile_edges, &w->pool, &from);
       narrowed_for = count;
       listed = from == tile_edges->end;
-      if (!listed && (count <= HS_GROUP || waiting + 2 > HS_MOST_PARTS)) {
+      if (!listed && (count <= HS_GROUP || waiting + 2 > HS_MAX_PARTS)) {
         // Too many even for a few: they go through them all, a listful at a time.
         for (int group = first; group < first + count; group += HS_GROUP) {
           const int group_count = min(first + count - group, HS_GROUP);
@@ -242,7 +242,7 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
             if (list_count > 0)
               for (int i = 0; i < group_count; ++i) walk_edges(casters, w, 0, list_count, group, i);
           }
-          answer_walked(casters, w, group, group_count, tile, answers);
+          store_walked(casters, w, group, group_count, tile, outputs);
         }
         continue;
       }
@@ -255,20 +255,20 @@ void answer_batch(const Casters* casters, Workspace* w, int batch_count, uint ti
       }
     }
     if (listed && count <= HS_GROUP) {
-      bool share = false;
+      bool propagates = false;
 #if HS_LANES == 16
-      share = casters->disc.radius > 0.0f && !casters->disc.ball && !casters->disc.rotated && count >= HS_LEAST_GROUP &&
-              list_count > 0;
-      if (share && pairs_per_edge * (float)list_count <= (float)most_pairs(count, list_count)) {
-        if (answer_group(casters, w, &region, list_first, list_count, first, count, tile, answers)) continue;
+      propagates = casters->disc.radius > 0.0f && !casters->disc.sphere && !casters->disc.rotated && count >= HS_MIN_GROUP &&
+                   list_count > 0;
+      if (propagates && pairs_per_edge * (float)list_count <= (float)max_pairs(count, list_count)) {
+        if (propagate_in_group(casters, w, &region, list_first, list_count, first, count, tile, outputs)) continue;
         pairs_per_edge = w->sweep.pairs_per_edge;
       }
 #endif
-      if (!share || count < 2 * HS_LEAST_GROUP || count * list_count < HS_LITTLE_WORK || waiting + 2 > HS_MOST_PARTS) {
+      if (!propagates || count < 2 * HS_MIN_GROUP || count * list_count < HS_LITTLE_WORK || waiting + 2 > HS_MAX_PARTS) {
         forget_walks(w, count);
         if (list_count > 0)
           for (int i = 0; i < count; ++i) walk_edges(casters, w, list_first, list_count, first, i);
-        answer_walked(casters, w, first, count, tile, answers);
+        store_walked(casters, w, first, count, tile, outputs);
         continue;
       }
     }
@@ -319,7 +319,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                            shadow_map,
                            {blocks, slot_count, rects, triangle_offsets, triangle_refs, triangle_capacity, triangles, vertices_ls,
                             vertices_px, planes, disc_sides}};
-  const Answers answers = {visibility + plane * pixels, tints + tint_plane * pixels, status};
+  const Outputs outputs = {visibility + plane * pixels, tints + tint_plane * pixels, status};
   Workspace w;
 #if HS_LANES == 16
   // Tiles with much to do first: one that is begun last is waited for.
@@ -340,7 +340,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
     for (uint batch_first = begin_at; batch_first < receiver_ends[tile]; batch_first += step) {
       const int batch_count = min((int)(receiver_ends[tile] - batch_first), HS_BATCH);
       load_batch(light, view, listed + batch_first, batch_count, depth_or_position, normal, &w.batch);
-      answer_batch(&casters, &w, batch_count, tile, &tile_edges, &answers);
+      count_batch(&casters, &w, batch_count, tile, &tile_edges, &outputs);
     }
   }
 }

@@ -57,7 +57,7 @@ typedef struct {
 } TileFins;
 
 // Fins whose directions lie closer together than this hide the same part of the light.
-#define HS_SAME_WAY 0.3f
+#define HS_SAME_DIRECTION 0.3f
 
 #define HS_CELL_PX 8
 #define HS_CELLS (HS_TILE / HS_CELL_PX)
@@ -172,14 +172,14 @@ HS_INLINE vfloat cosine_to(const FinPlace* p, HS_SHARED const Fins* first, int s
 }
 
 // Whether there is a first fin that looks another way.
-HS_INLINE vint another_way(const FinPlace* p, vfloat c, HS_SHARED const Fins* first, int slot) {
-  return p->inside & (c < HS_SAME_WAY) & (v_load(first->d + slot) > 0.0f);
+HS_INLINE vint other_direction(const FinPlace* p, vfloat c, HS_SHARED const Fins* first, int slot) {
+  return p->inside & (c < HS_SAME_DIRECTION) & (v_load(first->d + slot) > 0.0f);
 }
 
 // Whether a feature is too narrow to reach the tile: mostly so where it lies before its own caster, but is listed for the light's
 // farthest receiver.
 HS_INLINE bool misses_tile(const HsView bounded, const HsFinShape shape, const HsFeature f, const FeatureTile* tile) {
-  if (shape.ball_q_per_px > 0.0f) return false;
+  if (shape.sphere_q_per_px > 0.0f) return false;
   const uint kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
   const bool edge = kind == HS_FEATURE_EDGE || kind == HS_FEATURE_OUTER_EDGE;
   const float2 a = (float2)(f.ax, f.ay), b = edge ? (float2)(f.bx, f.by) : a;
@@ -208,7 +208,7 @@ HS_INLINE bool misses_tile(const HsView bounded, const HsFinShape shape, const H
   }
 
 // Cosines between a feature's directions out of the shadow (one of an edge, the outermost two of a corner) and the first one's.
-HS_INLINE float2 feature_ways(const TileFeature* f, float2* first) {
+HS_INLINE float2 feature_directions(const TileFeature* f, float2* first) {
   float2 a = (float2)(f->t.y, -f->t.x), b = a;
   if (f->kind != HS_FEATURE_EDGE) {
     const float turn = f->h0.x * f->h1.y - f->h0.y * f->h1.x >= 0.0f ? 1.0f : -1.0f;
@@ -243,10 +243,10 @@ HS_INLINE void bound_inner_fins(const HsView view, const HsFinShape shape, bool 
       const vfloat px = v_float(tile.px.x + x + v_iota) + 0.5f;
       const float py = (float)(tile.px.y + y) + 0.5f;
       vfloat past_px = (1.0f - 2.0f * v_load(fins->inner.s + slot)) * shape.radius_px * (d - view.d_far);
-      if (shape.ball_q_per_px > 0.0f) {
-        // From an angle back to the map, see ball_distance and ball_skew: rather too far than short of the silhouette.
-        const vfloat qx = (px - view.px_from_q.y) * shape.ball_q_per_px;
-        const float qy = (py - view.px_from_q.w) * shape.ball_q_per_px;
+      if (shape.sphere_q_per_px > 0.0f) {
+        // From an angle back to the map, see sphere_distance and sphere_skew: rather too far than short of the silhouette.
+        const vfloat qx = (px - view.px_from_q.y) * shape.sphere_q_per_px;
+        const float qy = (py - view.px_from_q.w) * shape.sphere_q_per_px;
         const vfloat from_axis = qx * nx + qy * ny, stretch = 1.0f + from_axis * from_axis;
         const vfloat skew = from_axis * (qy * nx - qx * ny) / stretch, turned_x = nx - ny * skew;
         past_px *= stretch;
@@ -276,15 +276,15 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
     v_store((vfloat)(0.0f), fins->outer.d + y * HS_TILE + x);
   }
   uint cells = 0;
-  float2 way = (float2)(0.0f);
-  bool other_way = false;
+  float2 direction = (float2)(0.0f);
+  bool varied_directions = false;
   HS_FOR_FIN_RUNS(
       tile, const float own_depth = single ? INFINITY : caster_depth(view, shape, feature.d_low); uint casters = 0;
       bool deep = false; if (!single && feature.inner) {
         casters = caster_bits(view, shape, feature.d_low, feature.d_high, caster_range);
         deep = !layers.faithful && casters != caster_bits(view, shape, feature.d_low, feature.d_low, caster_range);
-      } const float2 ways = feature_ways(&feature, &way);
-      other_way |= min(ways.x, ways.y) < 0.82f;
+      } const float2 cosines = feature_directions(&feature, &direction);
+      varied_directions |= min(cosines.x, cosines.y) < 0.82f;
       ,
       {
         cells |= row_cells(span.x, span.y, y);
@@ -300,7 +300,7 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
         }
       })
   if (!layers.faithful) bound_inner_fins(view, shape, single, tile, shadow_map, fins);
-  *varied = other_way && !layers.faithful;
+  *varied = varied_directions && !layers.faithful;
   if (*varied) {
     HS_FOR_TEXELS(x, y, 0, 0, HS_TILE - 1, HS_TILE - 1) {
       v_store((vfloat)(0.0f), fins->inner2.d + y * HS_TILE + x);
@@ -311,8 +311,8 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
       const FinPlace p = fin_place(&feature, x, y);
       const vfloat inner_c = cosine_to(&p, &fins->inner, slot);
       const vfloat outer_c = cosine_to(&p, &fins->outer, slot);
-      const vint inner = another_way(&p, inner_c, &fins->inner, slot) & (p.delta_px < 0.0f);
-      const vint outer = another_way(&p, outer_c, &fins->outer, slot) & (p.delta_px > 0.0f);
+      const vint inner = other_direction(&p, inner_c, &fins->inner, slot) & (p.delta_px < 0.0f);
+      const vint outer = other_direction(&p, outer_c, &fins->outer, slot) & (p.delta_px > 0.0f);
       if (v_any(inner | outer)) {
         const FinWeights w =
             fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
@@ -331,7 +331,7 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
 // receiver p: with the plane's normal n scaled to n . p = -1, 1/(R |n - (n . p) p / p^2|).
 HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const Receiver* r, uint falloff) {
   vfloat g2 = r->plane_dx * r->plane_dx + r->plane_dy * r->plane_dy;
-  const float per_px = shape.ball_q_per_px;
+  const float per_px = shape.sphere_q_per_px;
   if (per_px > 0.0f) {
     const vfloat qx = (r->u + (0.5f - light.px_from_q.y)) * per_px, qy = (r->v + (0.5f - light.px_from_q.w)) * per_px;
     const vfloat nz = r->plane_d - (r->plane_dx * qx + r->plane_dy * qy) / per_px;
@@ -344,19 +344,20 @@ HS_INLINE vfloat above_horizon(const HsView light, const HsFinShape shape, const
 
 #define HS_LIT_SHIFT 24  // of a receiver's word: (tile + 1) | lit texels of its footprint << HS_LIT_SHIFT; 0 where no fin is near
 #define HS_WORD_TILE ((1 << HS_LIT_SHIFT) - 1)
-#define HS_WORD_CAPPED (1 << (HS_LIT_SHIFT + 4))  // the pixel may not have all of the light: what it may have is in `caps`
+#define HS_WORD_LIMITED \
+  (1 << (HS_LIT_SHIFT + 4))  // the pixel may not have all of the light: what it may have is in `horizon_limits`
 
 // Runs of HS_LANES pixels are listed by tile, those that lie in more than one tile in each. Where a run begins: px | py << 16.
 #define HS_RUN_Y_SHIFT 16
 
 // Hard shadows, and which pixels are near fins: to those the tiles give an answer where a fin reaches them.
-// receiver_words: uint a pixel; caps: float a pixel, see above_horizon. tile_counts: runs of each tile; tile_far: float bits a
-// tile, depth of its farthest receiver. Both must be 0.
+// receiver_words: uint a pixel; horizon_limits: float a pixel, see above_horizon. tile_counts: runs of each tile; tile_far: float
+// bits a tile, depth of its farthest receiver. Both must be 0.
 __kernel void begin_fins(const HsView light, const HsReceiverView view, __global const float* depth_or_position,
                          __global const float4* normal, __global const float* shadow_map, __global const uchar* near,
                          const HsFinShape shape, const HsLayers layers, __global const float* caster_range,
-                         __global uint* receiver_words, __global float* caps, __global uint* tile_counts, __global int* tile_far,
-                         __global float* visibility, const uint plane) {
+                         __global uint* receiver_words, __global float* horizon_limits, __global uint* tile_counts,
+                         __global int* tile_far, __global float* visibility, const uint plane) {
   const size_t pixels = (size_t)view.width_px * view.height_px;
   const float per_step = 1.0f / (float)shape.tile_step;
   const bool single = used_layers(layers, caster_range) == 1;
@@ -383,9 +384,9 @@ __kernel void begin_fins(const HsView light, const HsReceiverView view, __global
       if (v_any(chosen)) {
         const vint bits = v_int(lit.v00 + 2.0f * lit.v10 + 4.0f * lit.v01 + 8.0f * lit.v11);
         const vint capped = most < 1.0f;
-        words = (tiles + 1) | (bits << HS_LIT_SHIFT) | v_select((vint)(0), (vint)(HS_WORD_CAPPED), capped);
+        words = (tiles + 1) | (bits << HS_LIT_SHIFT) | v_select((vint)(0), (vint)(HS_WORD_LIMITED), capped);
         words = v_select((vint)(0), words, chosen);
-        if (v_any(chosen & capped)) store_lanes(most, caps, HS_PIXEL, valid);
+        if (v_any(chosen & capped)) store_lanes(most, horizon_limits, HS_PIXEL, valid);
         // Layers add up before the falloff.
         if (!single && !layers.faithful) result = v_select(result, hard, chosen);
       }
@@ -593,7 +594,7 @@ HS_INLINE vfloat mean_cosine(const vfloat* w, const TileTaps* d, const TileTaps*
 // that the greater counts; parts as good as independent, at a right angle; opposite parts.
 HS_INLINE vfloat hidden_by_both(vfloat a, vfloat b, vfloat c) {
   const vfloat same = max(a, b), across = a + b - a * b, opposite = min(a + b, 1.0f);
-  return v_select(lerp(across, same, min(c * (1.0f / HS_SAME_WAY), 1.0f)), lerp(across, opposite, -c), c < 0.0f);
+  return v_select(lerp(across, same, min(c * (1.0f / HS_SAME_DIRECTION), 1.0f)), lerp(across, opposite, -c), c < 0.0f);
 }
 
 // Illuminance: `hard` (0 or 1) plus what the inner fins let in less what the outer ones hide (Cai §3.4), each after the falloff.
@@ -691,7 +692,7 @@ HS_INLINE void leave(bool faithful, vint mask, const Seen* b, Seen* seen) {
 }
 
 // The direction of the fin that has most weight in a footprint.
-HS_INLINE void way_of(HS_SHARED const Fins* fins, const TileReceiver* r, const TileTaps* d, Seen* seen) {
+HS_INLINE void direction_of_fin(HS_SHARED const Fins* fins, const TileReceiver* r, const TileTaps* d, Seen* seen) {
   vint texel = r->texel;
   vfloat most = v_select((vfloat)(0.0f), r->w[0], d->v[0] > 0.0f);
   for (int k = 1; k < 4; ++k) {
@@ -721,7 +722,7 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
   vfloat unused, here_d;
   Seen here;
   here.nx = here.ny = (vfloat)(0.0f);
-  if (f->outer && !layers.faithful) way_of(&fins->outer, r, &f->outer_d, &here);
+  if (f->outer && !layers.faithful) direction_of_fin(&fins->outer, r, &f->outer_d, &here);
   if (v_any(lit > least)) {
     here.part = illuminance(light, layers, r, f, lit_w, lit, 1.0f, true, &unused);
     leave(layers.faithful, lit > least, &here, &seen->lit);
@@ -732,7 +733,7 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
   }
   const vint covered = inner > least;
   if (v_any(covered)) {
-    if (f->inner && !layers.faithful) way_of(&fins->inner, r, &f->inner_d, &here);
+    if (f->inner && !layers.faithful) direction_of_fin(&fins->inner, r, &f->inner_d, &here);
     here.part = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
     // The same caster's outline, or that of one beneath it: see caster_depth.
     const vfloat apart = 1.0f / max(here_d, 1e-30f) - 1.0f / max(fabs(seen->at_d), 1e-30f);
@@ -810,10 +811,10 @@ HS_INLINE void store_mine(const TileRun* run, vfloat value, __global float* plan
 }
 
 // The answer to those of a run that fins reach: no more than what each receiver may have. The others keep what they have.
-HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __global const float* caps,
+HS_INLINE void store_result(const TileRun* run, vfloat value, vint reached, __global const float* horizon_limits,
                             __global float* visibility) {
-  const vint capped = (run->words & HS_WORD_CAPPED) != 0;
-  if (v_any(capped & reached)) value = v_select(value, min(value, load_lanes(caps, run->pixel, run->valid)), capped);
+  const vint capped = (run->words & HS_WORD_LIMITED) != 0;
+  if (v_any(capped & reached)) value = v_select(value, min(value, load_lanes(horizon_limits, run->pixel, run->valid)), capped);
   store_mine(run, v_select(load_lanes(visibility, run->pixel, run->valid), value, reached), visibility);
 }
 
@@ -821,18 +822,18 @@ HS_INLINE void store_answer(const TileRun* run, vfloat value, vint reached, __gl
 #define HS_FOR_LISTED(slot) for (uint slot = first_run + (uint)get_local_id(0); slot < last_run; slot += HS_TILE_ITEMS)
 
 // states: HS_STATE_PLANES floats a pixel. Directions are kept as two 16-bit integers.
-#define HS_WAY_SCALE 32000.0f
+#define HS_DIRECTION_SCALE 32000.0f
 HS_INLINE void store_seen(const TileRun* run, const Seen* seen, __global float* states, size_t pixels) {
-  const vint x = v_int(seen->nx * HS_WAY_SCALE), y = v_int(seen->ny * HS_WAY_SCALE);
+  const vint x = v_int(seen->nx * HS_DIRECTION_SCALE), y = v_int(seen->ny * HS_DIRECTION_SCALE);
   store_mine(run, seen->part, states);
   store_mine(run, v_as_float((x & 0xffff) | (y << 16)), states + pixels);
 }
 
 HS_INLINE void load_seen(const TileRun* run, __global const float* states, size_t pixels, Seen* seen) {
-  const vint way = v_as_int(load_lanes(states + pixels, run->pixel, run->valid));
+  const vint packed = v_as_int(load_lanes(states + pixels, run->pixel, run->valid));
   seen->part = load_lanes(states, run->pixel, run->valid);
-  seen->nx = v_float(way << 16 >> 16) * (1.0f / HS_WAY_SCALE);
-  seen->ny = v_float(way >> 16) * (1.0f / HS_WAY_SCALE);
+  seen->nx = v_float(packed << 16 >> 16) * (1.0f / HS_DIRECTION_SCALE);
+  seen->ny = v_float(packed >> 16) * (1.0f / HS_DIRECTION_SCALE);
 }
 
 HS_INLINE void store_illuminance(const TileRun* run, const Illuminance* seen, __global float* states, size_t pixels) {
@@ -864,7 +865,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
     __global const HsFeature* features, __global const float* shadow_map, __global const uint* other_casters,
     __global const float* caster_range, __global const uint* receiver_offsets, __global const uint* listed,
     const HsReceiverView camera, __global const int* tile_far, __global const float* depth_or_position,
-    __global const uint* receiver_words, __global const float* caps, __global float* states, __global float* visibility,
+    __global const uint* receiver_words, __global const float* horizon_limits, __global float* states, __global float* visibility,
     const uint plane) {
   HS_SHARED TileFins fins;
 #if HS_LANES == 1
@@ -920,7 +921,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
           if (!v_any(taps.any)) continue;
           vfloat value = one_layer(view, layers, &r, &taps);
           if (layers.faithful) value = falloff_of(value, layers.falloff);
-          store_answer(&run, value, taps.any, caps, visibility);
+          store_result(&run, value, taps.any, horizon_limits, visibility);
         } else {
           const bool first = !meets_cells(&run, reached);
           if (!first && !v_any(taps.any)) continue;
@@ -946,7 +947,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void receive
       load_illuminance(&run, states, pixels, &seen);
       vfloat value = end_layers(view, shadow_map, other_casters, caster_range, &fins, tile.px, layers.faithful, &r, &seen);
       if (layers.faithful) value = falloff_of(value, layers.falloff);
-      store_answer(&run, value, r.mine, caps, visibility);
+      store_result(&run, value, r.mine, horizon_limits, visibility);
     }
   }
 }

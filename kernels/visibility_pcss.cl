@@ -12,8 +12,8 @@ HS_INLINE vint outside_map(const HsView light, vfloat u, vfloat v) {
 HS_INLINE vfloat visibility_pcss(const HsView light, __global const float* shadow_map, const HsFinShape shape, float nearest_d,
                                  uint point_count, __global const float* points, const Receiver* r) {
   const float radius_px = shape.radius_px;
-  const vfloat qx = (r->u + (0.5f - light.px_from_q.y)) * shape.ball_q_per_px,
-               qy = (r->v + (0.5f - light.px_from_q.w)) * shape.ball_q_per_px;
+  const vfloat qx = (r->u + (0.5f - light.px_from_q.y)) * shape.sphere_q_per_px,
+               qy = (r->v + (0.5f - light.px_from_q.w)) * shape.sphere_q_per_px;
   // The part of the map that a ball's disc covers is sqrt(1 + q^2) times as long away from the axis as it is across.
   const vfloat stretch = 1.0f / (sqrt(1.0f + qx * qx + qy * qy) + 1.0f);
   const vfloat xx = 1.0f + qx * qx * stretch, xy = qx * qy * stretch, yy = 1.0f + qy * qy * stretch;

@@ -294,7 +294,7 @@ TEST_P(ExactTest, AgreesWithRaysOnTheSameSamples) {
 }
 
 /// A bumpy ball of `around` x `around` / 2 faces, closed.
-SceneMesh bumpy_ball(unsigned around, const glm::dvec3& at, double radius) {
+SceneMesh bumpy_sphere(unsigned around, const glm::dvec3& at, double radius) {
   const unsigned rings = around / 2;
   std::vector<glm::dvec3> corners = {{0, 1, 0}};
   for (unsigned ring = 1; ring < rings; ++ring)
@@ -319,9 +319,9 @@ SceneMesh bumpy_ball(unsigned around, const glm::dvec3& at, double radius) {
 }
 
 /// Many short edges, over a floor and over themselves, before a light that the planes of many faces cut.
-Scene balls_and_boxes(std::mt19937& random, double light_radius) {
+Scene spheres_and_boxes(std::mt19937& random, double light_radius) {
   Scene scene = random_boxes(random, {160, 128});
-  scene.meshes.push_back(bumpy_ball(128, {0.2, 0.9, 0.1}, 0.7));
+  scene.meshes.push_back(bumpy_sphere(128, {0.2, 0.9, 0.1}, 0.7));
   for (int i = 0; i < 6; ++i) scene.meshes.push_back(sheet(-1.2 + 0.4 * i, -0.9 + 0.4 * i, -1.0, 1.2, 0.01 + 0.02 * i));
   scene.lights[0].radius = light_radius;
   return scene;
@@ -332,7 +332,7 @@ TEST(Exact, NeighboursAreToldWhatTheyWouldHaveFoundThemselves) {
   std::mt19937 random(17);
   for (const double light_radius : {0.002, 0.3, 1.5}) {
     for (const double height : {1.0, 0.35}) {
-      Scene scene = balls_and_boxes(random, light_radius);
+      Scene scene = spheres_and_boxes(random, light_radius);
       scene.lights[0].position.y *= height;
       const Drawn together = draw(KernelRunner("wide"), scene, exact(256)),
                   alone = draw(KernelRunner("narrow"), scene, exact(256));
@@ -369,7 +369,7 @@ KernelRunner without(const std::vector<std::string>& instructions) {
 
 TEST(Exact, OtherInstructionsTellTheSame) {
   std::mt19937 random(17);
-  const Scene scene = balls_and_boxes(random, 0.3);
+  const Scene scene = spheres_and_boxes(random, 0.3);
   const std::vector<float> expected = draw(KernelRunner("wide"), scene, exact(256)).frame.visibility[0];
   EXPECT_EQ(draw(without({"__AVX512DQ__", "__AVX512F__"}), scene, exact(256)).frame.visibility[0], expected);
   EXPECT_EQ(draw(without({"__AVX512DQ__", "__AVX512F__", "__AVX2__"}), scene, exact(256)).frame.visibility[0], expected);
@@ -381,7 +381,7 @@ TEST(Exact, NeighboursAreToldTheColourToo) {
   spot.texels[5] = {0, 50, 200};
   for (const auto& [texture, size] : {std::pair{halves, glm::dvec2(1.5, 1.0)}, {spot, glm::dvec2(6.0, 4.0)}}) {
     std::mt19937 random(19);
-    Scene scene = balls_and_boxes(random, 0.0);
+    Scene scene = spheres_and_boxes(random, 0.0);
     scene.lights[0].shape = LightShape::rectangle;
     scene.lights[0].size = size;
     scene.lights[0].texture = std::make_shared<LightTexture>(texture);

@@ -19,7 +19,7 @@ using Shared = KernelTest;
   S(HsFeature) M(HsFeature, ax) M(HsFeature, ay) M(HsFeature, ad) M(HsFeature, bx) M(HsFeature, by) M(HsFeature, bd) \
   M(HsFeature, c) M(HsFeature, kind_and_layer) \
   S(HsFinShape) M(HsFinShape, radius_px) M(HsFinShape, width_px) M(HsFinShape, two_sided) M(HsFinShape, drop_hidden) \
-      M(HsFinShape, tile_step) M(HsFinShape, tiles_x) M(HsFinShape, tiles_y) M(HsFinShape, ball_q_per_px) \
+      M(HsFinShape, tile_step) M(HsFinShape, tiles_x) M(HsFinShape, tiles_y) M(HsFinShape, sphere_q_per_px) \
   S(HsLayers) M(HsLayers, count) M(HsLayers, falloff) M(HsLayers, faithful) M(HsLayers, automatic) \
   S(HsStatus) M(HsStatus, silhouette_count) M(HsStatus, feature_count) M(HsStatus, dropped_triangle_count) M(HsStatus, negative_count) \
   S(HsReceiverView) M(HsReceiverView, ray0) M(HsReceiverView, ray_dx) M(HsReceiverView, ray_dy) M(HsReceiverView, origin) \
@@ -30,7 +30,7 @@ using Shared = KernelTest;
   M(HsShadeLight, from_camera_y) M(HsShadeLight, from_camera_z) M(HsShadeLight, tan_half_cone) M(HsShadeLight, tint_plane) \
   M(HsShadeLight, padding0) M(HsShadeLight, padding1) \
   S(HsDisc) M(HsDisc, radius) M(HsDisc, radius_px) M(HsDisc, reach2) M(HsDisc, near_q) M(HsDisc, table_per_turn) \
-  M(HsDisc, sample_count) M(HsDisc, rotated) M(HsDisc, ball) M(HsDisc, tinted)
+  M(HsDisc, sample_count) M(HsDisc, rotated) M(HsDisc, sphere) M(HsDisc, tinted)
 // clang-format on
 
 TEST_F(Shared, StructsHaveTheSameLayoutOnTheDevice) {

@@ -1,4 +1,4 @@
-// Receivers against literal light maps: who is lit, and how the neighbours' answers are filtered.
+// Receivers against literal light maps: who is lit, and how the neighbours' outputs are filtered.
 #include <numbers>
 #include <random>
 

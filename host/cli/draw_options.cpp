@@ -15,7 +15,7 @@ namespace {
 constexpr long largest_layer_count = 1024;
 constexpr long largest_sample_count = 1 << 20;
 
-bool heeds(const MethodInfo& method, std::string_view option) {
+bool uses(const MethodInfo& method, std::string_view option) {
   const std::vector<std::string> options = split(method.options, ' ');
   return std::find(options.begin(), options.end(), option) != options.end();
 }
@@ -118,15 +118,15 @@ std::vector<Settings> DrawOptions::settings(std::string_view default_methods) co
                                      {"samples", samples},
                                      {"sample-pattern", sample_pattern},
                                      {"alias-free", alias_free ? "on" : ""}}) {
-    const auto heeded = [&option](Method method) { return heeds(info_of(method), option); };
-    if (text.empty() || std::any_of(chosen.begin(), chosen.end(), heeded)) continue;
-    std::vector<std::string_view> names, heeding;
+    const auto used_options = [&option](Method method) { return uses(info_of(method), option); };
+    if (text.empty() || std::any_of(chosen.begin(), chosen.end(), used_options)) continue;
+    std::vector<std::string_view> names, using_option;
     for (Method method : chosen) names.push_back(name_of(method));
     for (const MethodInfo& info : halfshade::methods()) {
-      if (heeds(info, option)) heeding.push_back(info.name);
+      if (uses(info, option)) using_option.push_back(info.name);
     }
     throw InputError(fmt::format("--{}: method {} has no use for it (found '{}'); leave it out or choose {}", option,
-                                 fmt::join(names, ", "), text, fmt::join(heeding, " or ")));
+                                 fmt::join(names, ", "), text, fmt::join(using_option, " or ")));
   }
 
   Settings settings;
@@ -188,22 +188,22 @@ std::shared_ptr<Device> DrawOptions::open_device() const {
 std::vector<std::pair<std::string, std::string>> describe(const Settings& settings) {
   const MethodInfo& info = info_of(settings.method);
   std::vector<std::pair<std::string, std::string>> entries = {{"method", std::string(info.name)}};
-  if (heeds(info, "light-res")) entries.emplace_back("light_resolution_px", fmt::format("{}", settings.light_resolution_px));
-  if (heeds(info, "pcf-filter")) entries.emplace_back("pcf_filter", fmt::format("{}", settings.pcf_filter));
-  if (heeds(info, "pcss-taps")) entries.emplace_back("pcss_taps", fmt::format("{}", settings.pcss_taps));
-  if (heeds(info, "smoothie-width")) {
+  if (uses(info, "light-res")) entries.emplace_back("light_resolution_px", fmt::format("{}", settings.light_resolution_px));
+  if (uses(info, "pcf-filter")) entries.emplace_back("pcf_filter", fmt::format("{}", settings.pcf_filter));
+  if (uses(info, "pcss-taps")) entries.emplace_back("pcss_taps", fmt::format("{}", settings.pcss_taps));
+  if (uses(info, "smoothie-width")) {
     const bool automatic = settings.smoothie_width == 0;
     entries.emplace_back("smoothie_width", automatic ? "auto" : fmt::format("{}", settings.smoothie_width));
   }
-  if (heeds(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
-  if (heeds(info, "layers")) {
+  if (uses(info, "falloff")) entries.emplace_back("falloff", std::string(name_of(chosen_falloff(settings))));
+  if (uses(info, "layers")) {
     const std::optional<unsigned> count = chosen_layers(settings);
     entries.emplace_back("layers", count ? fmt::format("{}", *count) : "auto");
   }
-  if (heeds(info, "samples")) entries.emplace_back("samples", fmt::format("{}", chosen_samples(settings)));
-  if (heeds(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
-  if (heeds(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
-  if (heeds(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");
+  if (uses(info, "samples")) entries.emplace_back("samples", fmt::format("{}", chosen_samples(settings)));
+  if (uses(info, "faithful")) entries.emplace_back("faithful", settings.faithful ? "yes" : "no");
+  if (uses(info, "sample-pattern")) entries.emplace_back("sample_pattern", std::string(name_of(settings.sample_pattern)));
+  if (uses(info, "alias-free")) entries.emplace_back("alias_free", settings.alias_free ? "yes" : "no");
   return entries;
 }
 

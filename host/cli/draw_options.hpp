@@ -24,7 +24,7 @@ struct DrawOptions {
   void add(CLI::App& command, std::string_view default_methods);
 
   /// One a method, in the order given and without repeats; `default_methods` where none is given, "all" is every method.
-  /// An option that none of them heeds is an error.
+  /// An option that none of them uses is an error.
   std::vector<Settings> settings(std::string_view default_methods) const;
   /// The scene, with the resolution asked for.
   Scene load() const;
@@ -34,7 +34,7 @@ struct DrawOptions {
 /// An integer in [lowest, highest]. Throws InputError with the option's name.
 long parse_integer(std::string_view option, const std::string& text, long lowest, long highest);
 
-/// The settings that a method heeds, as name and value: what is written into pictures and bench tables.
+/// The settings that a method uses, as name and value: what is written into pictures and bench tables.
 std::vector<std::pair<std::string, std::string>> describe(const Settings& settings);
 
 /// Parts of a text between separators.

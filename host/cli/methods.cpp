@@ -8,7 +8,7 @@
 namespace halfshade {
 
 void add_methods(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("methods", "List the shadow methods and the options each heeds");
+  CLI::App* command = program.add_subcommand("methods", "List the shadow methods and the options each uses");
   command->footer("Example:\n  halfshade methods\n");
   command->callback([] {
     std::size_t width = 0;

@@ -198,7 +198,7 @@ void add_render(CLI::App& program) {
   command->add_flag("--stats", options->stats, "Print what each frame was made of: edges, tiles, light maps");
   command->add_flag("-q,--quiet", options->quiet, "No progress");
   command->footer(
-      "Writes DIR/<scene>.<method>.<frame>.exr. An option that no chosen method heeds is an error.\n\n"
+      "Writes DIR/<scene>.<method>.<frame>.exr. An option that no chosen method uses is an error.\n\n"
       "Examples:\n"
       "  halfshade render data/scenes/primitives.json --png\n"
       "  halfshade render data/scenes/boxes.json -m hard,smoothies --light-res 2048 -o boxes\n"

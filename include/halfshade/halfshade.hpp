@@ -238,7 +238,7 @@ struct MethodInfo {
   std::string_view name;     ///< as on the command line
   std::string_view summary;  ///< one line
   std::string_view source;   ///< citation
-  std::string_view options;  ///< names of the settings it heeds, separated by spaces
+  std::string_view options;  ///< names of the settings it uses, separated by spaces
   Falloff falloff;           ///< by default, for methods that heed it: the one with the least error
   Falloff faithful_falloff;  ///< the one of its paper
   bool any_shape = false;    ///< draws lights of every LightShape; methods without penumbra take their centre. Else discs alone
