@@ -39,13 +39,13 @@ def ms_text(ms):
 
 
 def short_text(result):
-    """The settings that cost time, for a table of methods with their own settings."""
+    """The settings that cost time, for a table of methods with their defaults."""
     units = {"samples": "", "more_samples": " more", "layers": " layers", "pcss_taps": " taps"}
     return " and ".join(value + units[name] for name, value in result["settings"].items() if name in units)
 
 
 def table(data):
-    """Each method with its own settings, and every rival: a row each, a column a scene."""
+    """Each method with its defaults, and every rival: a row each, a column a scene."""
     lights = lights_of(data)
     heads = [f"{name_of(scene, light)}, {scene['triangles']:,} triangles" for scene, light in lights]
     lines = ["| ms · penumbra rmse | " + " | ".join(heads) + " |", "|---|" + "---:|" * len(heads)]
@@ -60,28 +60,28 @@ def table(data):
 
 
 def words(data):
-    """Where rays win and where not, plainly."""
+    """What is on the Pareto front, and how rays compare."""
     lines = []
     for scene, light in lights_of(data):
         ours = [r for r in light["results"] if not is_rival(r)]
         front = list(dict.fromkeys(r["method"] for r in ours if r["pareto"]))
-        beaten = [name for name in dict.fromkeys(r["method"] for r in ours) if name not in front]
-        text = f"{name_of(scene, light)}: not beaten by anything, in some setting: {', '.join(front) or 'none of the methods'}."
-        if beaten:
-            text += f" Beaten in every setting: {', '.join(beaten)}."
-        won = sorted((r for r in light["results"] if is_rival(r) and r["pareto"]), key=lambda r: r["time_ms"]["median"])
-        sooner = [r["method"] for r in ours if r["is_default"] and (r["rays_time_at_error_ms"] or math.inf) < r["time_ms"]["median"]]
-        if sooner:
-            text += f" Rays reach sooner the error of {', '.join(sooner)}."
-        if won:
-            text += " Rays win with " + ", ".join(
-                f"{r['method']} {short_text(r)} ({ms_text(r['time_ms']['median'])} ms, {r['figures']['penumbra_rmse']:.3g})" for r in won) + "."
+        dominated = [name for name in dict.fromkeys(r["method"] for r in ours) if name not in front]
+        text = f"{name_of(scene, light)}: methods on the Pareto front, in some setting: {', '.join(front) or 'none'}."
+        if dominated:
+            text += f" Dominated in every setting: {', '.join(dominated)}."
+        rays = sorted((r for r in light["results"] if is_rival(r) and r["pareto"]), key=lambda r: r["time_ms"]["median"])
+        slower = [r["method"] for r in ours if r["is_default"] and (r["rays_time_at_error_ms"] or math.inf) < r["time_ms"]["median"]]
+        if slower:
+            text += f" Rays reach the error of {', '.join(slower)} in less time."
+        if rays:
+            text += " Rays on the Pareto front: " + ", ".join(
+                f"{r['method']} {short_text(r)} ({ms_text(r['time_ms']['median'])} ms, {r['figures']['penumbra_rmse']:.3g})" for r in rays) + "."
         else:
-            text += " Rays win nowhere on the front."
-        gains = [(r["rays_time_at_error_ms"] / r["time_ms"]["median"], r) for r in ours if r["rays_time_at_error_ms"] is not None]
-        if gains:
-            gain, r = max(gains, key=lambda pair: pair[0])
-            text += f" Most is gained with {r['method']} ({settings_text(r)}): rays take {gain:.3g} times as long for its error."
+            text += " No rays are on the Pareto front."
+        speedups = [(r["rays_time_at_error_ms"] / r["time_ms"]["median"], r) for r in ours if r["rays_time_at_error_ms"] is not None]
+        if speedups:
+            speedup, r = max(speedups, key=lambda pair: pair[0])
+            text += f" Largest speed-up over rays at equal penumbra error: {speedup:.3g}×, by {r['method']} ({settings_text(r)})."
         lines.append(f"- {text}")
     return lines + [""]
 
@@ -112,8 +112,8 @@ def plot(data):
            "<title>Time against penumbra error of every method and of rays</title>",
            f'<rect width="{columns * WIDTH}" height="{rows * HEIGHT + legend_height}" fill="#ffffff"/>']
 
-    def point(method, rival, x, y, beaten):
-        fill = "#c3c7cc" if beaten else "#30343a" if rival else COLORS[methods.index(method) % len(COLORS)]
+    def point(method, rival, x, y, dominated):
+        fill = "#c3c7cc" if dominated else "#30343a" if rival else COLORS[methods.index(method) % len(COLORS)]
         if rival:
             shape = "-5,4 5,4 0,-5" if method != "rays" else "0,-6 4.5,0 0,6 -4.5,0"
             return f'<polygon points="{shape}" transform="translate({x:.1f},{y:.1f})" fill="{fill}">'
@@ -179,8 +179,8 @@ def main():
     device = data["device"]
     section = [f"![Time against error]({PLOT})", "",
                f"On {device['name']} ({device['platform']}, driver {device['driver']}), rays on {data['host']}, version {data['version']},"
-               f" {data['date'][:10]}, {data['truth_samples']} rays a pixel as truth, medians of {data['repeats']}. Methods with their own settings;"
-               " the plot has all. ★: neither faster nor better is to be had among all that was measured.", ""]
+               f" {data['date'][:10]}, {data['truth_samples']} rays a pixel as truth, medians of {data['repeats']}. Methods with their defaults;"
+               " the plot has all settings. ★: on the Pareto front: nothing else that was measured is as fast and as accurate.", ""]
     section += table(data) + words(data)
     (ROOT / PLOT).parent.mkdir(exist_ok=True)
     (ROOT / PLOT).write_text(plot(data))

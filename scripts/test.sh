@@ -34,7 +34,9 @@ run_tests() {
 
 scripts/setup.sh
 if [[ $format ]]; then scripts/format.sh --check; fi
+scripts/check_kernels.sh
 run_tests release -D HALFSHADE_WERROR=$werror
+scripts/readme_tables.py --check
 if [[ $asan ]]; then
   run_tests asan
   # Leaks are looked for where no device is opened: PoCL's compiler keeps what it made until the process ends, and its threads can

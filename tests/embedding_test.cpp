@@ -4,14 +4,14 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <limits>
 #include <mutex>
 #include <thread>
 
-#include "kernel_fixture.hpp"
-#include "scenes.hpp"
-#include "temp_folder.hpp"
+#include "support/draw.hpp"
+#include "support/scenes.hpp"
 
 namespace halfshade {
 namespace {
@@ -81,15 +81,19 @@ TEST_F(Embedding, AForeignGBufferOfDepthsHasTheSameVisibilityBitForBit) {
   Renderer renderer(Device::adopt(host.context(), host.queue()));
   renderer.set_scene(scene_);
   const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(2 * pixels_);
-  for (const Method method : {Method::hard, Method::pcf, Method::pcss, Method::smoothies}) {
-    Settings settings = settings_;
-    settings.method = method;
+  for (const MethodInfo& info : methods()) {
+    const Method method = info.method;
+    const Settings settings = small_settings(method);
     Renderer ours(test_device());
     ours.set_scene(scene_);
     ours.render(settings);
     const Frame expected = ours.read_frame();
     for (std::size_t light = 0; light < 2; ++light)
-      renderer.enqueue_visibility(gbuffer_of(depth, normal), light, settings, visibility(), light);
+      renderer.enqueue_visibility({.gbuffer = gbuffer_of(depth, normal),
+                                   .light = light,
+                                   .settings = settings,
+                                   .visibility = visibility(),
+                                   .plane = light});
     const std::vector<float> both = host.read(visibility, 2 * pixels_);
     EXPECT_TRUE(std::equal(both.begin(), both.begin() + pixels_, expected.visibility[0].begin())) << name_of(method);
     EXPECT_TRUE(std::equal(both.begin() + pixels_, both.end(), expected.visibility[1].begin())) << name_of(method);
@@ -105,11 +109,86 @@ TEST_F(Embedding, AForeignGBufferOfPositionsHasTheSameVisibilityButForRounding) 
   gbuffer.resolution = frame_.resolution;
   gbuffer.position = position();
   gbuffer.normal = normal();
-  renderer.enqueue_visibility(gbuffer, 0, settings_, visibility());
+  renderer.enqueue_visibility({.gbuffer = gbuffer, .settings = settings_, .visibility = visibility()});
   const std::vector<float> got = host.read(visibility, pixels_);
   std::size_t off = 0;
   for (std::size_t i = 0; i < pixels_; ++i) off += std::abs(got[i] - frame_.visibility[0][i]) > 1e-3f;
   EXPECT_LE(off, pixels_ / 1000);
+}
+
+TEST_F(Embedding, AGBufferHasASizeOfItsOwn) {
+  // Other rows and columns than the scene's camera has, of the same field of view.
+  const Host host;
+  for (const glm::uvec2 size : {glm::uvec2(192, 160), glm::uvec2(50, 41), glm::uvec2(301, 70)}) {
+    Scene at_size = scene_;
+    at_size.camera.resolution = size;
+    Renderer ours(test_device()), renderer(Device::adopt(host.context(), host.queue()));
+    ours.set_scene(at_size);
+    renderer.set_scene(scene_);
+    for (const MethodInfo& info : methods()) {
+      const Settings settings = small_settings(info.method);
+      ours.render(settings);
+      const Frame expected = ours.read_frame();
+      const std::size_t pixels = expected.depth.size();
+      std::vector<glm::vec4> normals = expected.normal_ws;
+      for (std::size_t i = 0; i < pixels; ++i) normals[i].w = expected.depth[i] > 0 ? 1.0f : 0.0f;
+      const cl::Buffer depth = host.buffer(expected.depth), normal = host.buffer(normals), visibility = host.plane(pixels);
+      renderer.enqueue_visibility({.gbuffer = {.resolution = size, .depth = depth(), .normal = normal()},
+                                   .settings = settings,
+                                   .visibility = visibility()});
+      EXPECT_EQ(host.read(visibility, pixels), expected.visibility[0]) << info.name << " " << size.x << "x" << size.y;
+    }
+  }
+}
+
+TEST_F(Embedding, PositionsMeanTheSameWhereverTheScenesCameraIs) {
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  Scene elsewhere = scene_;
+  elsewhere.camera.position = {-40, 70, 300};
+  elsewhere.camera.yfov_deg = 3;
+  elsewhere.camera.resolution = {17, 9};
+  const cl::Buffer position = host.buffer(frame_.position_ws), normal = host.buffer(normals_), visibility = host.plane(pixels_);
+  for (const MethodInfo& info : methods()) {
+    const auto seen_in = [&](const Scene& scene) {
+      renderer.set_scene(scene);
+      renderer.enqueue_visibility({.gbuffer = {.resolution = frame_.resolution, .position = position(), .normal = normal()},
+                                   .settings = small_settings(info.method),
+                                   .visibility = visibility()});
+      return host.read(visibility, pixels_);
+    };
+    EXPECT_EQ(seen_in(elsewhere), seen_in(scene_)) << info.name;
+  }
+}
+
+TEST_F(Embedding, ReceiversOffTheirSurfaceNeedATolerance) {
+  // A floor alone, and positions that lie beneath it by less than 2e-2, as some renderers store them.
+  Scene scene = scene_;
+  scene.meshes = {scene.meshes[0], placed("below", ground_mesh(), {0, -1, 0}, glm::dvec3(10))};  // so that the floor casts
+  scene.meshes[1].casts_shadow = false;
+  const Host host;
+  Renderer renderer(Device::adopt(host.context(), host.queue()));
+  renderer.set_scene(scene);
+  std::vector<glm::vec4> positions, normals;
+  for (int i = 0; i < 64 * 64; ++i) {
+    positions.emplace_back(0.05f * static_cast<float>(i % 64) - 1.6f, -2e-2f * static_cast<float>(i % 7) / 7,
+                           0.05f * static_cast<float>(i / 64) - 1.6f, 1);
+    normals.emplace_back(0, 1, 0, 1);
+  }
+  const cl::Buffer position = host.buffer(positions), normal = host.buffer(normals), visibility = host.plane(positions.size());
+  for (const Method method : {Method::hard, Method::exact})
+    for (const double tolerance : {0.0, 3e-2}) {
+      renderer.enqueue_visibility(
+          {.gbuffer = {.resolution = {64, 64}, .position = position(), .normal = normal(), .tolerance = tolerance},
+           .settings = {.method = method},
+           .visibility = visibility()});
+      const std::vector<float> seen = host.read(visibility, positions.size());
+      const auto dark = std::ranges::count_if(seen, [](float v) { return v < 1.0f; });
+      if (tolerance > 0.0)
+        EXPECT_EQ(dark, 0) << name_of(method);
+      else
+        EXPECT_GT(dark, 1000) << name_of(method) << ": they shadow themselves";
+    }
 }
 
 TEST_F(Embedding, WhereNothingIsSeenThereMayStandAnyNumber) {
@@ -132,12 +211,12 @@ TEST_F(Embedding, WhereNothingIsSeenThereMayStandAnyNumber) {
   const cl::Buffer planes[] = {host.buffer(zeros), host.buffer(any), host.buffer(nowhere), host.buffer(anywhere)};
   const cl::Buffer normal = host.buffer(normals_), any_normal = host.buffer(normals), visibility = host.plane(pixels_);
   for (const MethodInfo& info : methods()) {
-    const Settings settings{.method = info.method, .light_resolution_px = 256, .samples = 16};
+    const Settings settings = small_settings(info.method);
     for (const bool has_depth : {true, false}) {
       const auto seen_with = [&](const cl::Buffer& plane, const cl::Buffer& with_normal) {
         GBuffer gbuffer = gbuffer_of(plane, with_normal);
         if (!has_depth) std::swap(gbuffer.depth, gbuffer.position);
-        renderer.enqueue_visibility(gbuffer, 0, settings, visibility());
+        renderer.enqueue_visibility({.gbuffer = gbuffer, .settings = settings, .visibility = visibility()});
         return host.read(visibility, pixels_);
       };
       const std::vector<float> expected = seen_with(planes[has_depth ? 0 : 2], normal),
@@ -153,7 +232,7 @@ TEST_F(Embedding, WhereNothingIsSeenThereMayStandAnyNumber) {
   }
 }
 
-// Shadow fins reach as far as the farthest receiver of their tile asks: to others in it that must make no difference.
+// Shadow fins reach as far as the farthest receiver of their tile needs: to others in it that must make no difference.
 TEST_F(Embedding, FinsReachAllThatTheyCanShadowWhateverElseIsSeen) {
   constexpr unsigned width = 192, rows = 16;
   Scene scene;
@@ -181,7 +260,7 @@ TEST_F(Embedding, FinsReachAllThatTheyCanShadowWhateverElseIsSeen) {
     gbuffer.resolution = {width, 2 * rows};
     gbuffer.position = position();
     gbuffer.normal = normal();
-    renderer.enqueue_visibility(gbuffer, 0, {.method = method}, visibility());
+    renderer.enqueue_visibility({.gbuffer = gbuffer, .settings = {.method = method}, .visibility = visibility()});
     return host.read(visibility, width * rows);
   };
   for (const Method method : {Method::fins, Method::layered_fins}) {
@@ -202,8 +281,10 @@ TEST_F(Embedding, OurOwnGBufferOnTheirQueueIsTheSameToo) {
   const cl::Buffer visibility = host.plane(2 * pixels_);
   const cl::Buffer rgb = host.plane(4 * pixels_);
   const GBuffer gbuffer = renderer.enqueue_gbuffer();
-  for (std::size_t light = 0; light < 2; ++light) renderer.enqueue_visibility(gbuffer, light, settings_, visibility(), light);
-  renderer.enqueue_shade(gbuffer, visibility(), rgb());
+  for (std::size_t light = 0; light < 2; ++light)
+    renderer.enqueue_visibility(
+        {.gbuffer = gbuffer, .light = light, .settings = settings_, .visibility = visibility(), .plane = light});
+  renderer.enqueue_shade({.gbuffer = gbuffer, .visibility = visibility(), .rgb = rgb()});
   const std::vector<float> shaded = host.read(rgb, 4 * pixels_);
   EXPECT_TRUE(std::equal(shaded.begin(), shaded.end(), &frame_.rgb[0].x));
 }
@@ -244,14 +325,20 @@ TEST_F(Embedding, TexturedLightsHaveTheirColoursToo) {
     renderer.set_scene(scene);
     const cl::Buffer visibility = host.plane(3 * pixels_), tints = host.plane(2 * 4 * pixels_), rgb = host.plane(4 * pixels_);
     const GBuffer gbuffer = renderer.enqueue_gbuffer();
-    for (const std::size_t light : {2, 0, 1}) renderer.enqueue_visibility(gbuffer, light, settings, visibility(), light, tints());
-    renderer.enqueue_shade(gbuffer, visibility(), rgb(), tints());
+    for (const std::size_t light : {2, 0, 1})
+      renderer.enqueue_visibility({.gbuffer = gbuffer,
+                                   .light = light,
+                                   .settings = settings,
+                                   .visibility = visibility(),
+                                   .plane = light,
+                                   .tints = tints()});
+    renderer.enqueue_shade({.gbuffer = gbuffer, .visibility = visibility(), .rgb = rgb(), .tints = tints()});
     const std::vector<float> colours = host.read(rgb, 4 * pixels_);
     EXPECT_TRUE(std::equal(colours.begin(), colours.end(), &expected.rgb[0].x)) << name_of(method);
     const std::vector<float> written = host.read(tints, 2 * 4 * pixels_);
     EXPECT_EQ(std::ranges::count(written, -1.0f), 0) << "planes are written whole";
 
-    renderer.enqueue_shade(gbuffer, visibility(), rgb());
+    renderer.enqueue_shade({.gbuffer = gbuffer, .visibility = visibility(), .rgb = rgb()});
     const std::vector<float> mean = host.read(rgb, 4 * pixels_);
     std::size_t differing = 0;
     for (std::size_t i = 0; i < pixels_; ++i) differing += std::abs(mean[4 * i] - colours[4 * i]) > 0.01f;
@@ -264,7 +351,8 @@ TEST_F(Embedding, OnlyItsPlaneIsWritten) {
   Renderer renderer(Device::adopt(host.context(), host.queue()));
   renderer.set_scene(scene_);
   const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(3 * pixels_);
-  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 1);
+  renderer.enqueue_visibility(
+      {.gbuffer = gbuffer_of(depth, normal), .settings = settings_, .visibility = visibility(), .plane = 1});
   const std::vector<float> planes = host.read(visibility, 3 * pixels_);
   for (std::size_t i = 0; i < pixels_; ++i) {
     ASSERT_EQ(planes[i], -1.0f);
@@ -293,7 +381,8 @@ TEST_F(Embedding, EnqueueingNeitherWaitsNorRunsAhead) {
     }
   });
   cl_event done = nullptr;
-  renderer.enqueue_visibility(gbuffer_of(depth, normal), 0, settings_, visibility(), 0, nullptr, wait, &done);
+  renderer.enqueue_visibility(
+      {.gbuffer = gbuffer_of(depth, normal), .settings = settings_, .visibility = visibility(), .wait = wait, .done = &done});
   {
     const std::lock_guard lock(mutex);
     has_returned = true;
@@ -311,6 +400,42 @@ TEST_F(Embedding, EnqueueingNeitherWaitsNorRunsAhead) {
   finished.wait();
   EXPECT_EQ(finished.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(), CL_COMPLETE);
   EXPECT_EQ(host.read(visibility, pixels_), frame_.visibility[0]);
+}
+
+TEST_F(Embedding, ScenesMayChangeWhileWorkIsPending) {
+  Scene moved = scene_, larger = scene_;
+  moved.lights[0].position.x += 1;
+  move_by(moved.meshes[1], {0.3, 0.2, -0.4});
+  larger.meshes.push_back(placed("more", box_mesh(), {1, 2, 1}, glm::dvec3(0.5)));
+  for (const Method method : {Method::smoothies, Method::layered_fins, Method::exact}) {
+    const Settings settings = small_settings(method);
+    const Host host;
+    Renderer renderer(Device::adopt(host.context(), host.queue()));
+    const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(pixels_);
+    std::vector<std::vector<float>> expected;
+    const std::vector<const Scene*> scenes = {&scene_, &moved, &larger};
+    for (const Scene* scene : scenes) {
+      renderer.set_scene(*scene);
+      renderer.enqueue_visibility({.gbuffer = gbuffer_of(depth, normal), .settings = settings, .visibility = visibility()});
+      expected.push_back(host.read(visibility, pixels_));
+    }
+    EXPECT_NE(expected[0], expected[1]);
+    EXPECT_NE(expected[0], expected[2]);
+
+    cl::UserEvent gate(host.context);
+    const std::vector<cl_event> wait = {gate()};
+    const cl::Buffer planes = host.plane(3 * pixels_);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      renderer.set_scene(*scenes[i]);
+      renderer.enqueue_visibility(
+          {.gbuffer = gbuffer_of(depth, normal), .settings = settings, .visibility = planes(), .plane = i, .wait = wait});
+    }
+    gate.setStatus(CL_COMPLETE);
+    const std::vector<float> got = host.read(planes, 3 * pixels_);
+    for (std::size_t i = 0; i < scenes.size(); ++i)
+      EXPECT_TRUE(std::equal(expected[i].begin(), expected[i].end(), got.begin() + static_cast<std::ptrdiff_t>(i * pixels_)))
+          << name_of(method) << ", scene " << i;
+  }
 }
 
 TEST_F(Embedding, AQueueWithProfilingIsRightToo) {
@@ -345,7 +470,9 @@ TEST_F(Embedding, WrongBuffersAreInputErrors) {
   const cl::Buffer depth = host.buffer(frame_.depth), normal = host.buffer(normals_), visibility = host.plane(2 * pixels_);
   const cl::Buffer small = host.plane(pixels_ - 1);
   const auto fails = [&](const GBuffer& gbuffer, cl_mem out, std::size_t plane, std::initializer_list<std::string_view> parts) {
-    expect_error<InputError>([&] { renderer.enqueue_visibility(gbuffer, 0, settings_, out, plane); }, parts);
+    expect_error<InputError>(
+        [&] { renderer.enqueue_visibility({.gbuffer = gbuffer, .settings = settings_, .visibility = out, .plane = plane}); },
+        parts);
   };
   const GBuffer good = gbuffer_of(depth, normal);
   fails(good, visibility(), 0, {"set_scene"});
@@ -368,32 +495,59 @@ TEST_F(Embedding, WrongBuffersAreInputErrors) {
   bad.normal = depth();
   fails(bad, visibility(), 0, {"normal"});
   bad = good;
-  bad.resolution.x -= 1;
-  fails(bad, visibility(), 0, {"95x80", "96x80"});
-  fails(good, nullptr, 0, {"visibility"});
+  bad.resolution.y += 1;  // more than its planes hold
+  fails(bad, visibility(), 0, {"depth", fmt::format("{}", (pixels_ + 96) * 4)});
+  for (const glm::uvec2 size : {glm::uvec2(0, 80), glm::uvec2(96, 0), glm::uvec2(16385, 1)}) {
+    bad = good;
+    bad.resolution = size;
+    fails(bad, visibility(), 0, {fmt::format("{}x{}", size.x, size.y), "1 to 16384"});
+  }
+  for (const double tolerance : {-0.1, std::nan(""), HUGE_VAL}) {
+    bad = good;
+    bad.tolerance = tolerance;
+    fails(bad, visibility(), 0, {"tolerance", "at least 0"});
+  }
+  const Host other;
+  const cl::Buffer foreign = other.plane(pixels_);
+  bad = good;
+  bad.depth = foreign();
+  fails(bad, visibility(), 0, {"depth buffer is of another OpenCL context"});
+  fails(good, foreign(), 0, {"visibility buffer is of another OpenCL context"});
+  const cl::Image2D image(host.context, CL_MEM_READ_WRITE, cl::ImageFormat(CL_RGBA, CL_FLOAT), 96, 80);
+  bad = good;
+  bad.normal = image();
+  fails(bad, visibility(), 0, {"normal is an OpenCL image", "expected a buffer"});
+  fails(good, image(), 0, {"visibility is an OpenCL image"});
+  fails(good, nullptr, 0, {"no visibility buffer"});
   fails(good, small(), 0, {"visibility"});
   fails(good, visibility(), 2, {"visibility"});
-  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 2, settings_, visibility()); },
-                           {"light 2", "the scene has 2"});
-  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 0, {.pcf_filter = 5}, visibility()); }, {"filter 5"});
+  const auto refuses = [&](const VisibilityRequest& request, std::initializer_list<std::string_view> parts) {
+    expect_error<InputError>([&] { renderer.enqueue_visibility(request); }, parts);
+  };
+  refuses({.gbuffer = good, .light = 2, .settings = settings_, .visibility = visibility()},
+          {"enqueue_visibility", "light 2", "the scene has 2"});
+  refuses({.gbuffer = good, .settings = {.method = Method::pcf, .pcf_filter = 5}, .visibility = visibility()},
+          {"enqueue_visibility", "pcf-filter", "2 or 4", "'5'"});
 
   const cl::Buffer rgb = host.plane(4 * pixels_);
-  expect_error<InputError>([&] { renderer.enqueue_shade(good, visibility(), rgb()); }, {"base colour"});
+  const auto cannot_shade = [&](const ShadeRequest& request, std::initializer_list<std::string_view> parts) {
+    expect_error<InputError>([&] { renderer.enqueue_shade(request); }, parts);
+  };
+  cannot_shade({.gbuffer = good, .visibility = visibility(), .rgb = rgb()}, {"enqueue_shade", "base colour"});
   bad = good;
   bad.base_color = normal();
-  expect_error<InputError>([&] { renderer.enqueue_shade(bad, small(), rgb()); }, {"visibility"});
-  expect_error<InputError>([&] { renderer.enqueue_shade(bad, visibility(), small()); }, {"rgb"});
+  cannot_shade({.gbuffer = bad, .visibility = small(), .rgb = rgb()}, {"visibility"});
+  cannot_shade({.gbuffer = bad, .visibility = visibility(), .rgb = small()}, {"rgb"});
   Scene textured = scene_;
   textured.lights[0].shape = LightShape::rectangle;
   textured.lights[0].size = {1, 1};
   textured.lights[0].texture = std::make_shared<LightTexture>(LightTexture{"test", {1, 1}, {glm::vec3(1)}});
   renderer.set_scene(textured);
-  expect_error<InputError>([&] { renderer.enqueue_shade(bad, visibility(), rgb(), small()); }, {"tints"});
-  expect_error<InputError>([&] { renderer.enqueue_visibility(good, 0, {.method = Method::exact}, visibility(), 0, small()); },
-                           {"tints"});
+  cannot_shade({.gbuffer = bad, .visibility = visibility(), .rgb = rgb(), .tints = small()}, {"tints"});
+  refuses({.gbuffer = good, .visibility = visibility(), .tints = small()}, {"tints"});
   renderer.set_scene(scene_);
 
-  renderer.enqueue_visibility(good, 0, settings_, visibility());  // and it works on
+  renderer.enqueue_visibility({.gbuffer = good, .settings = settings_, .visibility = visibility()});  // and it works on
   EXPECT_EQ(host.read(visibility, pixels_), frame_.visibility[0]);
 }
 

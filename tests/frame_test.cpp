@@ -1,11 +1,9 @@
-// Whole frames: properties that hold whatever the picture.
+// Whole frames: the G-buffer, resolutions, what the renderer checks. What holds for every method is in all_methods_test.cpp.
 #include <algorithm>
-#include <random>
 
-#include "comparator.hpp"
-#include "kernel_fixture.hpp"
-#include "scenes.hpp"
-#include "temp_folder.hpp"
+#include "support/kernel_fixture.hpp"
+#include "support/scenes.hpp"
+#include "support/temp_folder.hpp"
 
 namespace halfshade {
 namespace {
@@ -13,20 +11,6 @@ namespace {
 using FrameTest = ShapedKernelTest;
 HS_IN_BOTH_SHAPES(FrameTest);
 
-const std::vector<Settings>& all_settings() {
-  static const std::vector<Settings> settings = {
-      {.method = Method::hard, .light_resolution_px = 256},
-      {.method = Method::pcf, .light_resolution_px = 256, .pcf_filter = 2},
-      {.method = Method::pcf, .light_resolution_px = 256, .pcf_filter = 4},
-      {.method = Method::pcss, .light_resolution_px = 256, .pcss_taps = 16},
-      {.method = Method::pcss, .light_resolution_px = 256},
-      {.method = Method::smoothies, .light_resolution_px = 256},
-      {.method = Method::smoothies, .light_resolution_px = 256, .smoothie_width = 0.05},
-      {.method = Method::penumbra_maps, .light_resolution_px = 256},
-      {.method = Method::fins, .light_resolution_px = 256},
-      {.method = Method::layered_fins, .light_resolution_px = 256}};
-  return settings;
-}
 const Settings smoothies{.method = Method::smoothies, .light_resolution_px = 256};
 const Settings hard{.method = Method::hard, .light_resolution_px = 256};
 
@@ -68,25 +52,6 @@ void expect_sound(const Frame& frame) {
   }
 }
 
-std::size_t count_between(const std::vector<float>& plane, float low, float high) {
-  return static_cast<std::size_t>(std::count_if(plane.begin(), plane.end(), [&](float v) { return v > low && v < high; }));
-}
-
-TEST_P(FrameTest, EveryMethodDrawsLightUmbraAndWhatItShouldBetween) {
-  Renderer renderer(runner_.device);
-  for (const Settings& settings : all_settings()) {
-    const Frame frame = draw(renderer, box_over_floor(), settings);
-    expect_sound(frame);
-    const std::vector<float>& plane = frame.visibility[0];
-    EXPECT_GT(count_between(plane, -1, 0.001f), 100u);
-    EXPECT_GT(count_between(plane, 0.999f, 2), 1000u);
-    if (settings.method == Method::hard)
-      EXPECT_EQ(count_between(plane, 0, 1), 0u);
-    else
-      EXPECT_GT(count_between(plane, 0.01f, 0.99f), 5u);
-  }
-}
-
 TEST_P(FrameTest, TheGBufferIsWhatTheCameraSees) {
   // Straight down on the floor: depth is the height, position follows from the pixel.
   Scene scene = box_over_floor({40, 30});
@@ -123,12 +88,6 @@ TEST_P(FrameTest, EachMeshHasItsOwnColour) {
   EXPECT_GT(seen[1], 300u);
 }
 
-TEST_P(FrameTest, APointLightsSmoothiesAreHardShadows) {
-  Scene scene = box_over_floor();
-  scene.lights[0].radius = 0;
-  EXPECT_EQ(draw(runner_, scene, smoothies).visibility, draw(runner_, scene, hard).visibility);
-}
-
 TEST_P(FrameTest, SmoothiesOnlyEverDarkenTheSharpShadow) {
   // Outer penumbrae only (Chan & Durand §3): what the filtered hard shadow darkens stays at least as dark.
   const Scene scene = box_over_floor();
@@ -136,86 +95,6 @@ TEST_P(FrameTest, SmoothiesOnlyEverDarkenTheSharpShadow) {
   linear.falloff = Falloff::linear;
   const auto a = draw(runner_, scene, linear).visibility[0], b = draw(runner_, scene, filtered).visibility[0];
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_LE(a[i], b[i] + 1e-6f) << i;
-}
-
-TEST_P(FrameTest, AddingACasterNeverBrightens) {
-  // The floor is a slab that casts in all of the cone, so that the light map stays where it is; then boxes come one by one. A new
-  // box is seen by the camera too: compare where the picture shows the same surface.
-  Scene scene = box_over_floor();
-  scene.meshes[0] = placed("slab", box_mesh(), {0, -0.1, 0}, {14, 0.2, 14});
-  for (const Settings& settings : all_settings()) {
-    // Inner fins give light to the umbra with one weight a texel, whoever's umbra it is: overlapping shadows may brighten.
-    if (settings.method == Method::fins || settings.method == Method::layered_fins) continue;
-    // The width of its filter is a mean over blockers: one more may narrow it.
-    if (settings.method == Method::pcss) continue;
-    Renderer renderer(runner_.device);
-    Scene growing = scene;
-    Frame before = draw(renderer, growing, settings);
-    const LightBuffers map = renderer.read_light_buffers(0);
-    std::size_t darkened = 0;
-    for (int i = 0; i < 3; ++i) {
-      growing.meshes.push_back(
-          placed("box-" + std::to_string(i), box_mesh(), {-1.5 + i, 0.9 + 0.4 * i, 1.2 - i}, glm::dvec3(0.6), {10.0 * i, 25, 5}));
-      const Frame after = draw(renderer, growing, settings);
-      const LightBuffers same = renderer.read_light_buffers(0);
-      ASSERT_EQ(same.lm_from_px_scale, map.lm_from_px_scale);
-      ASSERT_EQ(same.lm_from_px_origin, map.lm_from_px_origin);
-      for (std::size_t p = 0; p < after.depth.size(); ++p) {
-        if (after.depth[p] != before.depth[p] || after.normal_ws[p] != before.normal_ws[p]) continue;
-        // Outer penumbrae are sized for the depth that the map holds, not for the pixel's: where a new box comes before the floor
-        // in a texel that a pixel on another box's side also looks up, Lr is nearer and the old penumbra narrower there.
-        const bool sized_by_map = settings.method == Method::smoothies || settings.method == Method::penumbra_maps;
-        if (sized_by_map && after.position_ws[p].y > 1e-3f) continue;
-        ASSERT_LE(after.visibility[0][p], before.visibility[0][p] + 1e-6f) << name_of(settings.method) << ", pixel " << p;
-        darkened += after.visibility[0][p] < before.visibility[0][p] - 0.1f;
-      }
-      before = after;
-    }
-    EXPECT_GT(darkened, 100u);
-  }
-}
-
-TEST_P(FrameTest, DrawnTwiceIsTheSameBitForBit) {
-  for (const Settings& settings : all_settings()) {
-    Renderer renderer(runner_.device);  // its first frame is cold: buffers are made, tile lists may be too small
-    const Frame cold = draw(renderer, box_over_floor(), settings);
-    for (int i = 0; i < 3; ++i) {
-      renderer.render(settings);
-      const Frame warm = renderer.read_frame();
-      EXPECT_EQ(warm.visibility, cold.visibility);
-      EXPECT_EQ(warm.rgb, cold.rgb);
-      EXPECT_EQ(warm.depth, cold.depth);
-    }
-  }
-}
-
-TEST_P(FrameTest, WhatWasDrawnBeforeLeavesNoTrace) {
-  Scene other = box_over_floor({200, 150});
-  other.meshes.push_back(placed("more", box_mesh(), {1, 2, 1}, glm::dvec3(0.5), {45, 0, 45}));
-  Settings large = smoothies;
-  large.light_resolution_px = 777;
-  Renderer renderer(runner_.device);
-  draw(renderer, other, large);
-  const Frame after = draw(renderer, box_over_floor(), smoothies), fresh = draw(runner_, box_over_floor(), smoothies);
-  EXPECT_EQ(after.visibility, fresh.visibility);
-  EXPECT_EQ(after.rgb, fresh.rgb);
-}
-
-TEST_P(FrameTest, AMillionUnitsAwayLooksTheSame) {
-  const glm::dvec3 away(1e6, 1e6, -1e6);
-  Scene moved = box_over_floor();
-  for (SceneMesh& mesh : moved.meshes) mesh.translation += away;
-  moved.camera.position += away;
-  moved.camera.target += away;
-  moved.lights[0].position += away;
-  moved.lights[0].target += away;
-  for (const Settings& settings : all_settings()) {
-    const Frame here = draw(runner_, box_over_floor(), settings), there = draw(runner_, moved, settings);
-    // A hard edge may fall to the other side of a pixel's centre.
-    EXPECT_EQ(image_difference(here.visibility[0], there.visibility[0], 1, {.percent = 0.2, .threshold = 1e-3, .hard = 1.0}), "")
-        << name_of(settings.method);
-    EXPECT_EQ(image_difference(here.depth, there.depth, 1, {.percent = 0.2, .threshold = 1e-4, .hard = 10.0}), "");
-  }
 }
 
 TEST_P(FrameTest, AnyResolutionIsRight) {
@@ -250,17 +129,6 @@ TEST_P(FrameTest, AnyLightMapResolutionIsSound) {
   }
 }
 
-TEST_P(FrameTest, AnEmptySceneIsBlack) {
-  Scene scene = box_over_floor({20, 20});
-  scene.meshes.clear();
-  for (const Settings& settings : all_settings()) {
-    const Frame frame = draw(runner_, scene, settings);
-    expect_sound(frame);
-    EXPECT_EQ(frame.visibility[0], std::vector<float>(400, 1.0f));
-    EXPECT_EQ(frame.rgb, std::vector<glm::vec4>(400, glm::vec4(0)));
-  }
-}
-
 TEST_P(FrameTest, WithoutLightsThereIsAmbient) {
   Scene scene = box_over_floor({20, 20});
   scene.lights.clear();
@@ -273,13 +141,9 @@ TEST_P(FrameTest, WithoutLightsThereIsAmbient) {
     }
 }
 
-TEST_P(FrameTest, CameraAndLightMayStandInsideAMesh) {
+TEST_P(FrameTest, ALightInsideTheBoxThatCastsLightsNothingOutsideIt) {
   Scene scene = box_over_floor();
-  scene.meshes.push_back(placed("room", box_mesh(), {0, 3, 0}, glm::dvec3(30)));
-  for (const Settings& settings : all_settings()) expect_sound(draw(runner_, scene, settings));
-  // The light inside the box that casts: all outside it is dark, where the light looks.
-  scene = box_over_floor();
-  scene.lights[0].position = scene.meshes[1].translation;
+  scene.lights[0].position = place_of(scene.meshes[1]);
   scene.lights[0].target = {0, 0, 0.01};
   scene.lights[0].cone_deg = 120;
   const Frame frame = draw(runner_, scene, hard);
@@ -293,15 +157,6 @@ TEST_P(FrameTest, CameraAndLightMayStandInsideAMesh) {
     }
   }
   EXPECT_GT(dark, 100u);
-}
-
-TEST_P(FrameTest, ALightThatLooksAwayCastsNothing) {
-  Scene scene = box_over_floor();
-  scene.lights[0].target = {3, 12, 2};
-  for (const Settings& settings : all_settings()) {
-    const Frame frame = draw(runner_, scene, settings);
-    EXPECT_EQ(count_between(frame.visibility[0], -1, 0.999f), 0u);
-  }
 }
 
 TEST_P(FrameTest, OutsideTheConeVisibilityIsOneAndLightNone) {
@@ -321,96 +176,12 @@ TEST_P(FrameTest, OutsideTheConeVisibilityIsOneAndLightNone) {
   EXPECT_GT(outside, 1000u);
 }
 
-TEST_P(FrameTest, WhatReceivesNoShadowIsLitWhatCastsNoneLeavesNone) {
-  Scene scene = box_over_floor();
-  scene.meshes[0].receives_shadow = false;
-  Frame frame = draw(runner_, scene, smoothies);
-  for (std::size_t i = 0; i < frame.depth.size(); ++i)
-    if (frame.depth[i] > 0 && frame.position_ws[i].y < 0.01f) {
-      EXPECT_EQ(frame.visibility[0][i], 1.0f);
-    }
-  scene = box_over_floor();
-  scene.meshes[1].casts_shadow = false;
-  frame = draw(runner_, scene, smoothies);
-  for (std::size_t i = 0; i < frame.depth.size(); ++i)
-    if (frame.depth[i] > 0 && frame.position_ws[i].y < 0.01f) {
-      EXPECT_EQ(frame.visibility[0][i], 1.0f);
-    }
-}
-
-TEST_P(FrameTest, SurfacesTurnedAwayAreDark) {
-  Scene scene = box_over_floor();
-  scene.lights[0].position = {0.3, -5, 0.2};  // under the floor
-  scene.lights[0].target = {0, 0, 0};
-  for (const Settings& settings : all_settings()) {
-    const Frame frame = draw(runner_, scene, settings);
-    for (std::size_t i = 0; i < frame.depth.size(); ++i)
-      if (frame.depth[i] > 0 && frame.position_ws[i].y < 0.01f && glm::length(glm::vec3(frame.position_ws[i])) < 3) {
-        EXPECT_EQ(frame.visibility[0][i], 0.0f);
-      }
-  }
-}
-
-TEST_P(FrameTest, TwoLightsAreEachOnItsOwn) {
-  Scene both = box_over_floor(), second = box_over_floor();
-  both.lights.push_back(both.lights[0]);
-  both.lights[1].name = "fill";
-  both.lights[1].position = {-3, 4, 2};
-  both.lights[1].radius = 0;
-  second.lights = {both.lights[1]};
-  for (const Settings& settings : all_settings()) {
-    const Frame frame = draw(runner_, both, settings);
-    expect_sound(frame);
-    ASSERT_EQ(frame.visibility.size(), 2u);
-    EXPECT_EQ(frame.visibility[0], draw(runner_, box_over_floor(), settings).visibility[0]);
-    EXPECT_EQ(frame.visibility[1], draw(runner_, second, settings).visibility[0]);
-  }
-}
-
-TEST_P(FrameTest, ManyBoxesInARandomHeapAreSound) {
-  std::mt19937 random(17);
-  std::uniform_real_distribution<double> place(-2, 2), angle(0, 360), size(0.01, 1);
-  for (int trial = 0; trial < 3; ++trial) {
-    Scene scene = box_over_floor();
-    for (int i = 0; i < 12; ++i)
-      scene.meshes.push_back(placed("box-" + std::to_string(i), box_mesh(), {place(random), place(random), place(random)},
-                                    {size(random), size(random), i % 5 == 0 ? 1e-4 : size(random)},
-                                    {angle(random), angle(random), angle(random)}));
-    scene.lights[0].radius = size(random) * 3;
-    for (const Settings& settings : all_settings()) expect_sound(draw(runner_, scene, settings));
-  }
-}
-
 // ------------------------------------------------------------------------------------------------------- the two shapes
 
 class ShapesTest : public testing::Test {
  protected:
   Watchdog watchdog_;
 };
-
-TEST_F(ShapesTest, BothShapesOfTheKernelsDrawTheSame) {
-  const KernelRunner wide("wide"), narrow("narrow");
-  ASSERT_EQ(wide.device->lanes, 16u);
-  ASSERT_EQ(narrow.device->lanes, 1u);
-  Scene scene = box_over_floor({150, 133});
-  scene.meshes.push_back(placed("second", box_mesh(), {-1, 0.6, 1}, glm::dvec3(0.7), {0, 50, 0}));
-  for (const Settings& settings : all_settings()) {
-    Renderer a(wide.device), b(narrow.device);
-    const Frame in_a = draw(a, scene, settings), in_b = draw(b, scene, settings);
-    EXPECT_EQ(image_difference(in_a.visibility[0], in_b.visibility[0], 1, {.percent = 0.05, .threshold = 1e-3, .hard = 1.0}), "");
-    EXPECT_EQ(in_a.normal_ws, in_b.normal_ws);
-    const LightBuffers map_a = a.read_light_buffers(0), map_b = b.read_light_buffers(0);
-    ASSERT_EQ(map_a.planes.size(), map_b.planes.size());
-    ASSERT_EQ(map_a.resolution, map_b.resolution);
-    for (std::size_t i = 0; i < map_a.planes[0].values.size(); ++i)
-      ASSERT_NEAR(map_a.planes[0].values[i] / map_b.planes[0].values[i], 1.0f, 1e-5f);
-    if (map_a.planes.size() == 3) {
-      EXPECT_EQ(
-          image_difference(map_a.planes[2].values, map_b.planes[2].values, 1, {.percent = 0.05, .threshold = 1e-3, .hard = 1.0}),
-          "");
-    }
-  }
-}
 
 TEST_F(ShapesTest, AnUnknownShapeIsAnError) {
   setenv("HALFSHADE_KERNEL_SHAPE", "round", 1);
@@ -431,13 +202,13 @@ TEST_F(SettingsTest, OutOfRangeIsAnInputError) {
   const auto fails = [&](const Settings& settings, std::initializer_list<std::string_view> parts) {
     expect_error<InputError>([&] { renderer_.render(settings); }, parts);
   };
-  fails({.light_resolution_px = 0}, {"light map resolution 0", "1 to 16384"});
-  fails({.light_resolution_px = 16385}, {"16385"});
-  fails({.method = Method::pcf, .pcf_filter = 3}, {"filter 3", "2 or 4"});
-  fails({.method = Method::pcss, .pcss_taps = 17}, {"17 PCSS taps", "16 or 32"});
-  fails({.smoothie_width = -0.1}, {"smoothie width", "-0.1"});
-  fails({.smoothie_width = 2.1}, {"smoothie width"});
-  fails({.smoothie_width = std::nan("")}, {"smoothie width", "nan"});
+  fails({.light_resolution_px = 0}, {"render: light-res: expected a whole number from 1 to 16384 (found '0')"});
+  fails({.light_resolution_px = 16385}, {"render: light-res", "16385"});
+  fails({.method = Method::pcf, .pcf_filter = 3}, {"render: pcf-filter: expected 2 or 4 (found '3')"});
+  fails({.method = Method::pcss, .pcss_taps = 17}, {"render: pcss-taps: expected 16 or 32 (found '17')"});
+  fails({.method = Method::smoothies, .smoothie_width = -0.1}, {"render: smoothie-width", "'-0.1'"});
+  fails({.method = Method::smoothies, .smoothie_width = 2.1}, {"render: smoothie-width", "up to 2"});
+  fails({.method = Method::smoothies, .smoothie_width = std::nan("")}, {"render: smoothie-width", "nan"});
   renderer_.render({.light_resolution_px = 8});  // and it works on
 }
 
@@ -460,7 +231,7 @@ TEST_F(SettingsTest, AnImpossibleSceneIsAnInputErrorAndTheOldOneStays) {
   bad.lights[0].radius = -1;
   EXPECT_THROW(renderer_.set_scene(bad), InputError);
   bad = box_over_floor({8, 8});
-  bad.meshes[0].translation.x = std::nan("");
+  move_by(bad.meshes[0], {std::nan(""), 0, 0});
   EXPECT_THROW(renderer_.set_scene(bad), InputError);
   bad = box_over_floor({0, 8});
   EXPECT_THROW(renderer_.set_scene(bad), InputError);

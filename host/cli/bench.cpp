@@ -1,25 +1,35 @@
 // How long a frame takes: each stage by the device's clock, whole paths by the wall's.
+#include <CL/cl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/draw_options.hpp"
+#include "cli/parse.hpp"
+#include "cli/target_options.hpp"
 #include "halfshade/halfshade.hpp"
+#include "methods/option.hpp"
+#include "report/device_plane.hpp"
+#include "report/timing.hpp"
 
 namespace halfshade {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view default_methods = "all";
 
 struct BenchOptions {
+  std::filesystem::path scene_path;
   DrawOptions draw;
+  TargetOptions target;
   std::string repeat = "11";
   bool json = false;
 };
@@ -29,13 +39,8 @@ struct Series {
   std::string name;
   std::vector<double> times_ms;
 
-  double median_ms() const {
-    std::vector<double> sorted = times_ms;
-    std::sort(sorted.begin(), sorted.end());
-    const std::size_t half = sorted.size() / 2;
-    return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
-  }
-  double min_ms() const { return *std::min_element(times_ms.begin(), times_ms.end()); }
+  double median_ms() const { return median_of(times_ms); }
+  double min_ms() const { return min_of(times_ms); }
 };
 
 struct MethodTimes {
@@ -47,35 +52,13 @@ struct MethodTimes {
   FrameStats stats;
 };
 
-void check(cl_int status, const char* call) {
-  if (status != CL_SUCCESS) throw DeviceError(fmt::format("{}: failed with OpenCL error {}", call, status));
-}
-
-/// A visibility plane on the device.
-class Plane {
- public:
-  Plane(const Device& device, glm::uvec2 resolution) {
-    cl_int status = CL_SUCCESS;
-    const std::size_t bytes = std::size_t{resolution.x} * resolution.y * sizeof(float);
-    buffer_ = clCreateBuffer(device.context(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
-    check(status, "clCreateBuffer");
-  }
-  ~Plane() { clReleaseMemObject(buffer_); }
-  Plane(const Plane&) = delete;
-  Plane& operator=(const Plane&) = delete;
-  cl_mem get() const { return buffer_; }
-
- private:
-  cl_mem buffer_ = nullptr;
-};
-
 /// Wall time of enqueueing `work` and everything it leads to on the device.
 template <typename Work>
-double wall_ms(cl_command_queue queue, Work work) {
+double wall_ms(const Device& device, Work work) {
   const Clock::time_point begin = Clock::now();
   work();
-  check(clFinish(queue), "clFinish");
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  finish(device);
+  return ms_since(begin);
 }
 
 /// Adds one frame's stage times to the series of their names, in the order of first appearance.
@@ -92,15 +75,17 @@ MethodTimes measure(Renderer& renderer, const Device& device, const Scene& scene
   MethodTimes times;
   times.settings = settings;
   for (const Light& light : scene.lights) times.visibility.push_back({light.name, {}});
-  const Plane plane(device, scene.camera.resolution);
+  const glm::uvec2 resolution = scene.camera.resolution;
+  const DevicePlane<float> plane(device, std::size_t{resolution.x} * resolution.y);
   const auto run_once = [&](MethodTimes& into, std::size_t repeat) {
     GBuffer gbuffer;
-    into.gbuffer.times_ms.push_back(wall_ms(device.queue(), [&] { gbuffer = renderer.enqueue_gbuffer(); }));
+    into.gbuffer.times_ms.push_back(wall_ms(device, [&] { gbuffer = renderer.enqueue_gbuffer(); }));
     for (std::size_t light = 0; light < scene.lights.size(); ++light) {
-      into.visibility[light].times_ms.push_back(
-          wall_ms(device.queue(), [&] { renderer.enqueue_visibility(gbuffer, light, settings, plane.get()); }));
+      into.visibility[light].times_ms.push_back(wall_ms(device, [&] {
+        renderer.enqueue_visibility({.gbuffer = gbuffer, .light = light, .settings = settings, .visibility = plane.get()});
+      }));
     }
-    into.frame.times_ms.push_back(wall_ms(device.queue(), [&] { renderer.render(settings); }));
+    into.frame.times_ms.push_back(wall_ms(device, [&] { renderer.render(settings); }));
     add_stages(into.stages, renderer.stage_times(), repeat);
   };
   MethodTimes warm_up = times;  // builds kernels for each local size and grows buffers; not counted
@@ -130,7 +115,7 @@ Json to_json(const MethodTimes& times) {
                               {"features", stats.features},
                               {"feature_tile_references", stats.feature_tile_references},
                               {"triangle_tile_references", stats.triangle_tile_references},
-                              {"negative_pixels", stats.negative_pixels},
+                              {"negative_pixels", stats.negative_pixels.value_or(0)},
                               {"skipped", stats.skipped}});
   }
   json["frame_ms"] = to_json(times.frame);
@@ -160,13 +145,13 @@ void print_table(const MethodTimes& times) {
 void run_bench(const BenchOptions& options) {
   const std::vector<Settings> all_settings = options.draw.settings(default_methods);
   const auto repeats = static_cast<std::size_t>(parse_integer("--repeat", options.repeat, 1, 100'000));
-  const Scene loaded = options.draw.load();
+  const Scene loaded = options.target.load(options.scene_path);
   const Scene scene = scene_at_frame(loaded, loaded.animation.first_frame);
 
   const Clock::time_point begin = Clock::now();
-  const std::shared_ptr<Device> device = options.draw.open_device();
+  const std::shared_ptr<Device> device = options.target.open_device();
   Renderer renderer(device);
-  const double start_up_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  const double start_up_ms = ms_since(begin);
   renderer.set_scene(scene);
 
   const glm::uvec2 resolution = scene.camera.resolution;
@@ -196,7 +181,9 @@ void run_bench(const BenchOptions& options) {
 void add_bench(CLI::App& program) {
   CLI::App* command = program.add_subcommand("bench", "Measure each stage and the whole path on a scene's first frame");
   const auto options = std::make_shared<BenchOptions>();
+  command->add_option("SCENE", options->scene_path, "Scene file (JSON, see README)")->required()->option_text(" ");
   options->draw.add(*command, default_methods);
+  options->target.add(*command, "a CPU device");
   command->add_option("--repeat", options->repeat, "Counted runs after a warm-up (default: 11)")->option_text("N");
   command->add_flag("--json", options->json, "Print JSON instead of tables");
   command->footer(
@@ -204,7 +191,7 @@ void add_bench(CLI::App& program) {
       "visibility, meshes and G-buffer being on the device; 'whole frame' adds the G-buffer and shading.\n\n"
       "Examples:\n"
       "  halfshade bench data/scenes/primitives.json\n"
-      "  halfshade bench data/scenes/boxes.json -m smoothies --repeat 51 --json\n");
+      "  halfshade bench data/scenes/boxes.json -m exact --repeat 51 --json\n");
   command->callback([options] { run_bench(*options); });
 }
 

@@ -5,21 +5,17 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
-#include <vector>
 
 namespace halfshade {
 
 void add_render(CLI::App& program);
 void add_bench(CLI::App& program);
 void add_compare(CLI::App& program);
+void add_inspect(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_methods(CLI::App& program);
 #ifdef HALFSHADE_HAS_REPORT
 void add_report(CLI::App& program);
 #endif
-
-/// Prints the topology of each mesh file.
-void run_inspect(const std::vector<std::filesystem::path>& meshes, bool json);
 
 }  // namespace halfshade

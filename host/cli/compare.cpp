@@ -1,6 +1,4 @@
 // The error of one picture against another, of any origin.
-#include "cli/compare.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -8,15 +6,18 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
-#include "error_figures.hpp"
+#include "cli/light_metadata.hpp"
+#include "image/image_io.hpp"
+#include "report/error_figures.hpp"
+#include "report/figures_json.hpp"
 
 namespace halfshade {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct CompareOptions {
   std::filesystem::path a, b;
@@ -53,7 +54,7 @@ const std::vector<float>& channel_of(const ExrImage& image, const std::string& c
   return found->second;
 }
 
-/// The pixels that count by DESIGN §7, if the picture tells positions, normals and the light.
+/// The pixels that count by docs/design.md, "Error", if the picture tells positions, normals and the light.
 std::optional<std::vector<PixelKind>> kinds_from(const ExrImage& image, const std::string& light_name, const std::string& path) {
   const std::optional<Light> light = light_from_metadata(image, light_name, path);
   if (!light) return {};
@@ -102,51 +103,43 @@ double parse_limit(const std::string& text) {
   return value;
 }
 
-void run_compare(const CompareOptions& options) {
-  const bool has_limit = !options.fail_rmse.empty();
-  const double limit = has_limit ? parse_limit(options.fail_rmse) : 0.0;
-  const ExrImage a = read_exr(options.a), b = read_exr(options.b);
-  if (a.resolution != b.resolution) {
-    throw InputError(fmt::format("{}: expected a picture of {}x{}, as {} is (found {}x{})", options.a.string(), b.resolution.x,
-                                 b.resolution.y, options.b.string(), a.resolution.x, a.resolution.y));
-  }
-  std::vector<std::string> channels = options.channels;
+/// The channels asked for, or every visibility of the reference.
+std::vector<std::string> chosen_channels(const ExrImage& reference, const CompareOptions& options) {
+  if (!options.channels.empty()) return options.channels;
+  std::vector<std::string> channels;
+  for (const std::string& name : channel_names(reference))
+    if (!light_of_channel(name).empty()) channels.push_back(name);
   if (channels.empty()) {
-    for (const std::string& name : channel_names(b))
-      if (!light_of_channel(name).empty()) channels.push_back(name);
-    if (channels.empty()) {
-      throw InputError(fmt::format("{}: expected a visibility channel, shadow_<light>.Y (found {}); choose with --channel",
-                                   options.b.string(), fmt::join(channel_names(b), ", ")));
-    }
+    throw InputError(fmt::format("{}: expected a visibility channel, shadow_<light>.Y (found {}); choose with --channel",
+                                 options.b.string(), fmt::join(channel_names(reference), ", ")));
   }
+  return channels;
+}
 
-  std::vector<ChannelFigures> all;
-  for (const std::string& channel : channels) all.push_back(compare_channel(a, b, channel, options));
-  if (options.json) {
-    Json json = Json::array();
-    for (const ChannelFigures& one : all) {
-      Json figures = {{"channel", one.channel}, {"pixels", one.pixels}};
-      for (const NamedFigure& figure : named_figures(one.figures)) {
-        if (figure.is_count)
-          figures[std::string(figure.name)] = static_cast<std::uint64_t>(figure.value);
-        else
-          figures[std::string(figure.name)] = figure.value;
-      }
-      json.push_back(figures);
-    }
-    fmt::print("{}\n", json.dump(2));
-  } else {
-    for (const ChannelFigures& one : all) {
-      fmt::print("{} over {}\n", one.channel, one.pixels);
-      for (const NamedFigure& figure : named_figures(one.figures)) {
-        if (figure.is_count)
-          fmt::print("  {:<16} {:>12.0f}\n", figure.name, figure.value);
-        else
-          fmt::print("  {:<16} {:>12.6f}\n", figure.name, figure.value);
-      }
+void print_json(const std::vector<ChannelFigures>& all) {
+  Json json = Json::array();
+  for (const ChannelFigures& one : all) {
+    Json figures = {{"channel", one.channel}, {"pixels", one.pixels}};
+    figures.update(to_json(one.figures));
+    json.push_back(figures);
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+void print_text(const std::vector<ChannelFigures>& all) {
+  for (const ChannelFigures& one : all) {
+    fmt::print("{} over {}\n", one.channel, one.pixels);
+    for (const NamedFigure& figure : named_figures(one.figures)) {
+      if (figure.is_count)
+        fmt::print("  {:<16} {:>12.0f}\n", figure.name, figure.value);
+      else
+        fmt::print("  {:<16} {:>12.6f}\n", figure.name, figure.value);
     }
   }
-  if (!has_limit) return;
+}
+
+/// Throws std::runtime_error where a channel's rmse is beyond the limit, or a value is not finite.
+void check_limit(const std::vector<ChannelFigures>& all, double limit, const CompareOptions& options) {
   for (const ChannelFigures& one : all) {
     if (one.figures.nonfinite > 0)
       throw std::runtime_error(fmt::format("{}: {} of {} has values that are not finite ({})", options.a.string(), one.channel,
@@ -157,59 +150,25 @@ void run_compare(const CompareOptions& options) {
   }
 }
 
+void run_compare(const CompareOptions& options) {
+  const bool has_limit = !options.fail_rmse.empty();
+  const double limit = has_limit ? parse_limit(options.fail_rmse) : 0.0;
+  const ExrImage a = read_exr(options.a), b = read_exr(options.b);
+  if (a.resolution != b.resolution) {
+    throw InputError(fmt::format("{}: expected a picture of {}x{}, as {} is (found {}x{})", options.a.string(), b.resolution.x,
+                                 b.resolution.y, options.b.string(), a.resolution.x, a.resolution.y));
+  }
+  const std::vector<std::string> channels = chosen_channels(b, options);
+  std::vector<ChannelFigures> all;
+  for (const std::string& channel : channels) all.push_back(compare_channel(a, b, channel, options));
+  if (options.json)
+    print_json(all);
+  else
+    print_text(all);
+  if (has_limit) check_limit(all, limit, options);
+}
+
 }  // namespace
-
-std::pair<std::string, std::string> light_metadata(const Light& light) {
-  const auto list = [](const glm::dvec3& v) { return Json{v.x, v.y, v.z}; };
-  Json json = {{"type", name_of(light.type)}};
-  if (light.type == LightType::directional) {
-    json["direction"] = list(light.direction);
-    json["angular_radius_deg"] = light.angular_radius_deg;
-  } else {
-    json["position"] = list(light.position);
-    json["radius"] = light.radius;
-  }
-  if (light.type == LightType::spot) {
-    json["target"] = list(light.target);
-    json["cone_deg"] = light.cone_deg;
-  }
-  if (light.shape == LightShape::rectangle) json["size"] = Json{light.size.x, light.size.y};
-  if (light.up) json["up"] = list(*light.up);
-  return {"light." + light.name, json.dump()};
-}
-
-std::optional<Light> light_from_metadata(const ExrImage& image, const std::string& name, const std::string& where) {
-  const auto found = image.metadata.find("light." + name);
-  if (found == image.metadata.end()) return {};
-  try {
-    const Json json = Json::parse(found->second);
-    const auto vector_of = [](const Json& list) {
-      return glm::dvec3(list.at(0).get<double>(), list.at(1).get<double>(), list.at(2).get<double>());
-    };
-    Light light;
-    light.name = name;
-    const auto type = json.value("type", std::string(name_of(LightType::spot)));
-    light.type = type == name_of(LightType::directional) ? LightType::directional
-                 : type == name_of(LightType::point)     ? LightType::point
-                                                         : LightType::spot;
-    if (light.type == LightType::directional) {
-      light.direction = vector_of(json.at("direction"));
-      light.angular_radius_deg = json.at("angular_radius_deg").get<double>();
-    } else {
-      light.position = vector_of(json.at("position"));
-      light.radius = json.at("radius").get<double>();
-    }
-    if (light.type == LightType::spot) {
-      light.target = vector_of(json.at("target"));
-      light.cone_deg = json.at("cone_deg").get<double>();
-    }
-    if (json.contains("up")) light.up = vector_of(json["up"]);
-    return light;
-  } catch (const Json::exception&) {
-    throw InputError(fmt::format("{}: metadata halfshade:light.{}: expected what halfshade render writes (found '{}')", where,
-                                 name, found->second));
-  }
-}
 
 void add_compare(CLI::App& program) {
   CLI::App* command = program.add_subcommand("compare", "Print the error of a picture against another");

@@ -1,9 +1,10 @@
-// What render and bench have in common on the command line: which scene, how shadows are computed, and where.
+// Methods and their options on the command line, as render and bench take them. The options are those that the methods declare
+// (methods/option.hpp): none of them is named here.
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
-#include <memory>
+#include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,32 +13,23 @@
 
 namespace halfshade {
 
-/// Texts as given; empty where not given, for no option has an empty value. `add` declares them, the other functions read them
-/// and throw InputError, naming the option.
+/// Texts as given. `add` declares the options; `settings` reads them.
 struct DrawOptions {
-  std::filesystem::path scene_path;
   std::vector<std::string> methods;
-  std::string light_res, pcf_filter, pcss_taps, smoothie_width, falloff, layers, samples, sample_pattern, resolution, device,
-      threads;
-  bool faithful = false, alias_free = false;
+  std::map<std::string, std::string, std::less<>> values;  ///< of the methods' options that are given, by name
 
+  /// Declares --method and every option of every method. Both end when this does.
   void add(CLI::App& command, std::string_view default_methods);
 
   /// One a method, in the order given and without repeats; `default_methods` where none is given, "all" is every method.
-  /// An option that none of them uses is an error.
+  /// Throws InputError, naming the option, for a value that a chosen method refuses, and for an option that none of them uses.
   std::vector<Settings> settings(std::string_view default_methods) const;
-  /// The scene, with the resolution asked for.
-  Scene load() const;
-  std::shared_ptr<Device> open_device() const;
 };
 
-/// An integer in [lowest, highest]. Throws InputError with the option's name.
-long parse_integer(std::string_view option, const std::string& text, long lowest, long highest);
+/// The names of all methods' options, in order of first appearance.
+std::vector<std::string_view> option_names();
 
-/// The settings that a method uses, as name and value: what is written into pictures and bench tables.
-std::vector<std::pair<std::string, std::string>> describe(const Settings& settings);
-
-/// Parts of a text between separators.
-std::vector<std::string> split(std::string_view text, char separator);
+/// The help of an option: what it is, which methods use it, and its default where it has one.
+std::string option_help(std::string_view name);
 
 }  // namespace halfshade

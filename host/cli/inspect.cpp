@@ -1,46 +1,19 @@
-#include "cli/inspect.hpp"
-
+// The topology of mesh files.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <limits>
+#include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/mesh_report.hpp"
+#include "halfshade/halfshade.hpp"
+#include "scene/topology.hpp"
 
 namespace halfshade {
 namespace {
-
-std::size_t count_components(const Mesh& mesh, const Topology& topology) {
-  // Union-find over vertices: each edge that joins two parts leaves one fewer.
-  std::vector<std::uint32_t> parent(mesh.positions.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root_of = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  std::size_t count = parent.size();
-  for (const glm::uvec2& edge : topology.edges) {
-    const std::uint32_t a = root_of(edge.x), b = root_of(edge.y);
-    if (a == b) continue;
-    parent[std::max(a, b)] = std::min(a, b);
-    --count;
-  }
-  return count;
-}
-
-/// Whether at every edge as many faces run one way as the other.
-bool is_evenly_wound(const Topology& topology) {
-  for (std::size_t e = 0; e < topology.edges.size(); ++e) {
-    int sum = 0;
-    for (std::uint32_t i = topology.edge_face_offset[e]; i < topology.edge_face_offset[e + 1]; ++i) {
-      sum += (topology.edge_faces[i] & 1) != 0 ? -1 : 1;
-    }
-    if (sum != 0) return false;
-  }
-  return true;
-}
 
 std::string_view name_of(Orientation orientation) {
   switch (orientation) {
@@ -96,48 +69,7 @@ nlohmann::ordered_json to_json(const std::string& file, const MeshReport& r) {
           {"bounds", {{r.low.x, r.low.y, r.low.z}, {r.high.x, r.high.y, r.high.z}}}};
 }
 
-}  // namespace
-
-MeshReport inspect_mesh(const Mesh& mesh, const Topology& topology) {
-  MeshReport report;
-  report.source_vertices = mesh.source_vertex_count;
-  report.vertices = mesh.positions.size();
-  report.triangles = mesh.triangles.size();
-  report.collapsed_triangles = mesh.collapsed_count;
-  report.edges = topology.edges.size();
-  report.boundary_edges = topology.boundary_edge_count;
-  report.nonmanifold_edges = topology.nonmanifold_edge_count;
-  report.inconsistent_edges = topology.inconsistent_edge_count;
-  report.components = count_components(mesh, topology);
-
-  double six_volumes = 0.0;
-  for (const glm::uvec3& t : mesh.triangles) {
-    const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]), c(mesh.positions[t.z]);
-    six_volumes += glm::dot(a, glm::cross(b, c));
-    report.zero_area_triangles += glm::cross(b - a, c - a) == glm::dvec3(0.0);
-  }
-  report.signed_volume = six_volumes / 6.0;
-
-  if (!report.closed()) {
-    report.orientation = Orientation::open;
-  } else if (!is_evenly_wound(topology)) {
-    report.orientation = Orientation::mixed;
-  } else if (report.signed_volume == 0.0) {
-    report.orientation = Orientation::flat;
-  } else {
-    report.orientation = report.signed_volume > 0.0 ? Orientation::outward : Orientation::inward;
-  }
-
-  glm::vec3 low(std::numeric_limits<float>::infinity()), high(-std::numeric_limits<float>::infinity());
-  for (const glm::vec3& p : mesh.positions) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  report.low = mesh.origin + glm::dvec3(low);
-  report.high = mesh.origin + glm::dvec3(high);
-  return report;
-}
-
+/// Prints the report of each mesh file.
 void run_inspect(const std::vector<std::filesystem::path>& meshes, bool json) {
   auto reports = nlohmann::ordered_json::array();
   for (const std::filesystem::path& path : meshes) {
@@ -150,6 +82,21 @@ void run_inspect(const std::vector<std::filesystem::path>& meshes, bool json) {
     }
   }
   if (json) fmt::print("{}\n", reports.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("inspect", "Print the topology of mesh files");
+  const auto meshes = std::make_shared<std::vector<std::filesystem::path>>();
+  const auto json = std::make_shared<bool>(false);
+  command->add_option("MESH", *meshes, "Wavefront OBJ files")->required()->option_text("...");
+  command->add_flag("--json", *json, "Print JSON");
+  command->footer(
+      "Examples:\n"
+      "  halfshade inspect data/meshes/torus.obj\n"
+      "  halfshade inspect --json data/meshes/*.obj\n");
+  command->callback([meshes, json] { run_inspect(*meshes, *json); });
 }
 
 }  // namespace halfshade

@@ -3,8 +3,6 @@
 
 #include <csignal>
 #include <exception>
-#include <filesystem>
-#include <memory>
 #include <new>
 #include <string>
 #include <thread>
@@ -12,7 +10,7 @@
 
 #include "cli/commands.hpp"
 #include "halfshade/halfshade.hpp"
-#include "image_io.hpp"
+#include "image/image_io.hpp"
 
 namespace {
 
@@ -37,31 +35,13 @@ void clean_up_when_stopped() {
   }).detach();
 }
 
-void add_inspect(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("inspect", "Print the topology of mesh files");
-  const auto meshes = std::make_shared<std::vector<std::filesystem::path>>();
-  const auto json = std::make_shared<bool>(false);
-  command->add_option("MESH", *meshes, "Wavefront OBJ files")->required()->option_text("...");
-  command->add_flag("--json", *json, "Print JSON");
-  command->footer(
-      "Examples:\n"
-      "  halfshade inspect data/meshes/torus.obj\n"
-      "  halfshade inspect --json data/meshes/*.obj\n");
-  command->callback([meshes, json] { halfshade::run_inspect(*meshes, *json); });
-}
-
 int fail(ExitCode code, std::string_view message) {
   fmt::print(stderr, "halfshade: {}\n", message);
   return code;
 }
 
-}  // namespace
-
-int main(int argument_count, char** arguments) {
-  clean_up_when_stopped();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file too large is an error of write(), with a message
-
-  CLI::App program("Soft shadows from area lights, computed with OpenCL", "halfshade");
+/// Describes every command to the parser.
+void add_commands(CLI::App& program) {
   program.set_version_flag("--version", fmt::format("halfshade {}", halfshade::version()));
   program.require_subcommand(1);
   program.get_formatter()->column_width(30);
@@ -80,9 +60,19 @@ int main(int argument_count, char** arguments) {
 #ifdef HALFSHADE_HAS_REPORT
   halfshade::add_report(program);
 #endif
-  add_inspect(program);
+  halfshade::add_inspect(program);
   halfshade::add_devices(program);
   halfshade::add_methods(program);
+}
+
+}  // namespace
+
+int main(int argument_count, char** arguments) {
+  clean_up_when_stopped();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file too large is an error of write(), with a message
+
+  CLI::App program("Soft shadows from area lights, computed with OpenCL", "halfshade");
+  add_commands(program);
   if (argument_count < 2) {
     fmt::print(stderr, "{}", program.help());
     return bad_usage_or_input;

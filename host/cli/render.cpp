@@ -1,29 +1,42 @@
+// A scene's frames as pictures.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/compare.hpp"
 #include "cli/draw_options.hpp"
+#include "cli/light_metadata.hpp"
+#include "cli/parse.hpp"
+#include "cli/progress.hpp"
+#include "cli/target_options.hpp"
 #include "halfshade/halfshade.hpp"
-#include "image_io.hpp"
+#include "image/image_io.hpp"
+#include "light/light_model.hpp"
+#include "methods/option.hpp"
+#include "report/timing.hpp"
 
 namespace halfshade {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
-constexpr std::string_view default_methods = "smoothies";
+/// The method where none is given: the library's own default.
+std::string_view default_method() {
+  return name_of(Settings{}.method);
+}
 
 struct RenderOptions {
+  fs::path scene_path;
   DrawOptions draw;
+  TargetOptions target;
   fs::path folder = "out";
   std::string frames;
   bool png = false, half = false, light_buffers = false, stats = false, quiet = false;
@@ -36,10 +49,10 @@ struct FrameRange {
 /// "A-B" or "A"; without, the scene's own range.
 FrameRange frame_range(const std::string& text, const Animation& animation) {
   if (text.empty()) return {animation.first_frame, animation.last_frame};
-  constexpr int largest_frame = 1'000'000;
+  constexpr int max_frame = 1'000'000;
   const std::vector<std::string> ends = split(text, '-');
   if (ends.size() > 2) throw InputError(fmt::format("--frames: expected A-B or A, as 1-48 (found '{}')", text));
-  const auto frame = [](const std::string& end) { return static_cast<int>(parse_integer("--frames", end, 0, largest_frame)); };
+  const auto frame = [](const std::string& end) { return static_cast<int>(parse_integer("--frames", end, 0, max_frame)); };
   const FrameRange range{frame(ends.front()), frame(ends.back())};
   if (range.last < range.first) throw InputError(fmt::format("--frames: expected A-B with A <= B (found '{}')", text));
   return range;
@@ -58,47 +71,10 @@ void prepare_folder(const fs::path& folder) {
   if (access(folder.c_str(), W_OK | X_OK) != 0) fail("no permission");
 }
 
-/// One line that changes on a terminal, a line a step where the output is kept, nothing where it is not wanted.
-class Progress {
- public:
-  Progress(std::size_t steps, bool quiet) : steps_(steps), quiet_(quiet), on_terminal_(isatty(STDERR_FILENO) != 0) {}
-  ~Progress() { clear(); }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  void begin_step(int frame, std::string_view method) {
-    if (quiet_ || !on_terminal_) return;
-    std::string left = "";
-    if (done_ > 0) {
-      const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
-      const auto left_s = std::chrono::seconds(std::lround(elapsed_s / done_ * (steps_ - done_)));
-      left = fmt::format(", {:%H:%M:%S} left", left_s);
-    }
-    fmt::print(stderr, "\r\x1b[K{}/{}: frame {}, {}{}", done_ + 1, steps_, frame, method, left);
-    std::fflush(stderr);
-  }
-  void end_step(const std::string& what) {
-    ++done_;
-    if (!quiet_ && !on_terminal_) fmt::print(stderr, "{}/{}: {}\n", done_, steps_, what);
-  }
-  void clear() {
-    if (!quiet_ && on_terminal_) fmt::print(stderr, "\r\x1b[K");
-  }
-  /// For what the user should know although nothing failed.
-  void note(const std::string& text) {
-    if (!quiet_) fmt::print(stderr, "{}{}\n", on_terminal_ ? "\r\x1b[K" : "", text);
-  }
-
- private:
-  std::size_t steps_, done_ = 0;
-  bool quiet_, on_terminal_;
-  Clock::time_point begin_ = Clock::now();
-};
-
 Metadata frame_metadata(const RenderOptions& options, const Settings& settings, const Scene& scene, int frame_number,
                         const DeviceInfo& device, double render_ms) {
   Metadata metadata = describe(settings);
-  metadata.emplace_back("scene", options.draw.scene_path.filename().string());
+  metadata.emplace_back("scene", options.scene_path.filename().string());
   metadata.emplace_back("frame", fmt::format("{}", frame_number));
   metadata.emplace_back("device", fmt::format("{} ({})", device.name, device.version));
   metadata.emplace_back("version", std::string(version()));
@@ -108,8 +84,8 @@ Metadata frame_metadata(const RenderOptions& options, const Settings& settings, 
   return metadata;
 }
 
-/// What the last frame was made of. A number that the method has no use for is left out.
-void print_stats(const std::string& title, const FrameStats& stats, Method method) {
+/// What the last frame was made of. A number that the method does not have is left out.
+void print_stats(const std::string& title, const FrameStats& stats) {
   fmt::print("{}: {} triangles, {} vertices, {} edges\n", title, stats.triangles, stats.vertices, stats.edges);
   for (const FrameStats::PerLight& light : stats.lights) {
     if (light.skipped) {
@@ -118,23 +94,22 @@ void print_stats(const std::string& title, const FrameStats& stats, Method metho
     }
     fmt::print("  {}: light map {}x{}, {} triangles in tiles", light.name, light.light_map_px.x, light.light_map_px.y,
                light.triangle_tile_references);
-    if (light.silhouette_edges > 0)
-      fmt::print(", {} silhouette edges, {} {}, {} in tiles", light.silhouette_edges, light.features,
-                 method == Method::exact ? "edge records" : "fins", light.feature_tile_references);
-    if (method == Method::exact) fmt::print(", {} pixels with negative depth complexity", light.negative_pixels);
+    if (!stats.features_name.empty() && light.silhouette_edges > 0)
+      fmt::print(", {} silhouette edges, {} {}, {} in tiles", light.silhouette_edges, light.features, stats.features_name,
+                 light.feature_tile_references);
+    if (light.negative_pixels) fmt::print(", {} pixels with negative depth complexity", *light.negative_pixels);
     fmt::print("\n");
   }
   std::fflush(stdout);
 }
 
+/// Writes each map of each light beside the frame.
 void write_light_buffers(const fs::path& folder, const std::string& stem, Renderer& renderer, std::span<const Light> lights,
                          const Metadata& metadata, Progress& progress) {
   for (std::size_t light = 0; light < lights.size(); ++light) {
-    const std::vector<std::string_view> faces = lights[light].type == LightType::point
-                                                    ? std::vector<std::string_view>{".px", ".nx", ".py", ".ny", ".pz", ".nz"}
-                                                    : std::vector<std::string_view>{""};
+    const std::span<const std::string_view> faces = model_of(lights[light].type).faces;
     for (std::size_t face = 0; face < faces.size(); ++face) {
-      const std::string name = fmt::format("{}{}", lights[light].name, faces[face]);
+      const std::string name = fmt::format("{}{}{}", lights[light].name, faces[face].empty() ? "" : ".", faces[face]);
       const LightBuffers buffers = renderer.read_light_buffers(light, face);
       if (buffers.planes.empty()) {
         progress.note(fmt::format("light '{}': nothing casts a shadow in its reach; it has no buffers", name));
@@ -147,39 +122,51 @@ void write_light_buffers(const fs::path& folder, const std::string& stem, Render
   }
 }
 
+/// Draws a frame by one method and writes what is asked for. Returns the frame's file.
+fs::path render_frame(const RenderOptions& options, Renderer& renderer, const Device& device, const Scene& posed,
+                      int frame_number, const Settings& settings, Progress& progress, double& render_ms) {
+  const Clock::time_point begin = Clock::now();
+  renderer.render(settings);
+  render_ms = ms_since(begin);
+
+  const Frame frame = renderer.read_frame();
+  const Metadata metadata = frame_metadata(options, settings, posed, frame_number, device.info(), render_ms);
+  const std::string stem = fmt::format("{}.{}.{:04}", posed.name, name_of(settings.method), frame_number);
+  const fs::path path = options.folder / (stem + ".exr");
+  std::vector<std::string> light_names;
+  for (const Light& light : posed.lights) light_names.push_back(light.name);
+  write_frame_exr(path, frame, light_names, options.half, metadata);
+  if (options.png) write_frame_png(options.folder / (stem + ".png"), frame);
+  if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, posed.lights, metadata, progress);
+  if (options.stats) {
+    progress.clear();
+    print_stats(stem, renderer.stats());
+  }
+  return path;
+}
+
 void run_render(const RenderOptions& options) {
-  const std::vector<Settings> all_settings = options.draw.settings(default_methods);
-  const Scene scene = options.draw.load();
+  const std::vector<Settings> all_settings = options.draw.settings(default_method());
+  const Scene scene = options.target.load(options.scene_path);
   const FrameRange range = frame_range(options.frames, scene.animation);
   prepare_folder(options.folder);
-  const std::shared_ptr<Device> device = options.draw.open_device();
+  const std::shared_ptr<Device> device = options.target.open_device();
   Renderer renderer(device);
-  std::vector<std::string> light_names;
-  for (const Light& light : scene.lights) light_names.push_back(light.name);
 
-  const std::size_t frame_count = static_cast<std::size_t>(range.last - range.first) + 1;
-  Progress progress(frame_count * all_settings.size(), options.quiet);
+  const std::size_t steps = (static_cast<std::size_t>(range.last - range.first) + 1) * all_settings.size();
+  std::size_t done = 0;
+  const Clock::time_point begin = Clock::now();
+  Progress progress(options.quiet);
   for (int frame_number = range.first; frame_number <= range.last; ++frame_number) {
     const Scene posed = scene_at_frame(scene, frame_number);
     renderer.set_scene(posed);
     for (const Settings& settings : all_settings) {
-      progress.begin_step(frame_number, name_of(settings.method));
-      const Clock::time_point begin = Clock::now();
-      renderer.render(settings);
-      const double render_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-
-      const Frame frame = renderer.read_frame();
-      const Metadata metadata = frame_metadata(options, settings, posed, frame_number, device->info(), render_ms);
-      const std::string stem = fmt::format("{}.{}.{:04}", scene.name, name_of(settings.method), frame_number);
-      const fs::path path = options.folder / (stem + ".exr");
-      write_frame_exr(path, frame, light_names, options.half, metadata);
-      if (options.png) write_frame_png(options.folder / (stem + ".png"), frame);
-      if (options.light_buffers) write_light_buffers(options.folder, stem, renderer, scene.lights, metadata, progress);
-      if (options.stats) {
-        progress.clear();
-        print_stats(stem, renderer.stats(), settings.method);
-      }
-      progress.end_step(fmt::format("{} ({:.1f} ms)", path.string(), render_ms));
+      const double done_fraction = static_cast<double>(done) / static_cast<double>(steps);
+      progress.now(fmt::format("{}/{}: frame {}, {}{}", done + 1, steps, frame_number, name_of(settings.method),
+                               time_left_text(begin, done_fraction)));
+      double render_ms = 0.0;
+      const fs::path path = render_frame(options, renderer, *device, posed, frame_number, settings, progress, render_ms);
+      progress.done(fmt::format("{}/{}: {} ({:.1f} ms)", ++done, steps, path.string(), render_ms));
     }
   }
 }
@@ -189,7 +176,9 @@ void run_render(const RenderOptions& options) {
 void add_render(CLI::App& program) {
   CLI::App* command = program.add_subcommand("render", "Render a scene's frames to EXR");
   const auto options = std::make_shared<RenderOptions>();
-  options->draw.add(*command, default_methods);
+  command->add_option("SCENE", options->scene_path, "Scene file (JSON, see README)")->required()->option_text(" ");
+  options->draw.add(*command, default_method());
+  options->target.add(*command, "a CPU device");
   command->add_option("-o,--output", options->folder, "Output folder, made if missing (default: out)")->option_text("DIR");
   command->add_option("--frames", options->frames, "Frames to render (default: the scene's animation range)")->option_text("A-B");
   command->add_flag("--png", options->png, "Also a PNG beside each EXR (clipped, sRGB)");
@@ -201,7 +190,7 @@ void add_render(CLI::App& program) {
       "Writes DIR/<scene>.<method>.<frame>.exr. An option that no chosen method uses is an error.\n\n"
       "Examples:\n"
       "  halfshade render data/scenes/primitives.json --png\n"
-      "  halfshade render data/scenes/boxes.json -m hard,smoothies --light-res 2048 -o boxes\n"
+      "  halfshade render data/scenes/boxes.json -m pcss,exact --light-res 2048 -o boxes\n"
       "  halfshade render data/scenes/turntable.json --frames 1-24 --resolution 512x512 --half\n");
   command->callback([options] { run_render(*options); });
 }

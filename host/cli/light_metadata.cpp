@@ -1,0 +1,26 @@
+#include "cli/light_metadata.hpp"
+
+#include <fmt/format.h>
+
+#include "scene/light_json.hpp"
+
+namespace halfshade {
+
+std::pair<std::string, std::string> light_metadata(const Light& light) {
+  return {"light." + light.name, json_of(light)};
+}
+
+std::optional<Light> light_from_metadata(const ExrImage& image, const std::string& name, const std::string& where) {
+  const auto found = image.metadata.find("light." + name);
+  if (found == image.metadata.end()) return {};
+  try {
+    Light light = light_from_json(found->second, where);
+    light.name = name;
+    return light;
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: metadata halfshade:light.{}: expected what halfshade render writes (found '{}'): {}", where,
+                                 name, found->second, error.what()));
+  }
+}
+
+}  // namespace halfshade

@@ -1,0 +1,223 @@
+// Finding, opening and adopting OpenCL devices.
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+
+#include "device/device_impl.hpp"
+
+namespace halfshade {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FoundDevice {
+  DeviceInfo info;
+  cl::Device device;
+};
+
+/// PoCL keeps compiled kernels in a folder. By default it is shared and predictable where HOME is unset, so that another user
+/// could plant code in it: unless the user chose one, give it a private one. Must come before the first OpenCL call.
+void choose_kernel_cache() {
+  if (std::getenv("POCL_CACHE_DIR")) return;
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path folder;
+  if (cache && *cache)
+    folder = fs::path(cache) / "halfshade" / "pocl";
+  else if (home && *home)
+    folder = fs::path(home) / ".cache" / "halfshade" / "pocl";
+  std::error_code ignored;
+  if (!folder.empty()) fs::create_directories(folder, ignored);
+  if (folder.empty() || ::access(folder.c_str(), W_OK) != 0) {
+    // No home to write to: a folder in the temporary folder, taken only if it is ours and closed to others.
+    folder = fs::temp_directory_path(ignored) / fmt::format("halfshade-pocl-{}", ::geteuid());
+    struct stat status {};
+    const bool made = ::mkdir(folder.c_str(), 0700) == 0;
+    const bool ours = made || (::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == ::geteuid() &&
+                               (status.st_mode & 077) == 0);
+    if (!ours) {
+      std::string name = (fs::temp_directory_path(ignored) / "halfshade-pocl-XXXXXX").string();
+      if (!::mkdtemp(name.data())) return;
+      folder = name;
+    }
+  }
+  ::setenv("POCL_CACHE_DIR", folder.c_str(), 0);
+}
+
+DeviceInfo describe(const cl::Device& device) {
+  DeviceInfo info{};
+  info.platform_name = cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
+  info.name = device.getInfo<CL_DEVICE_NAME>();
+  info.version = device.getInfo<CL_DEVICE_VERSION>();
+  info.driver = device.getInfo<CL_DRIVER_VERSION>();
+  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.largest_buffer_bytes = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.is_cpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
+  return info;
+}
+
+std::vector<FoundDevice> find_devices() {
+  choose_kernel_cache();
+  std::vector<FoundDevice> found;
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    return found;  // the loader has no platform
+  }
+  for (std::size_t p = 0; p < platforms.size(); ++p) {
+    std::vector<cl::Device> devices;
+    try {
+      platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
+    } catch (const cl::Error&) {
+      continue;  // a platform without devices
+    }
+    for (std::size_t d = 0; d < devices.size(); ++d) {
+      FoundDevice device{describe(devices[d]), devices[d]};
+      device.info.index = found.size();
+      device.info.platform = p;
+      device.info.device = d;
+      found.push_back(std::move(device));
+    }
+  }
+  return found;
+}
+
+bool contains_ignoring_case(std::string_view text, std::string_view part) {
+  const auto same = [](char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+  };
+  return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end();
+}
+
+bool matches(const DeviceInfo& info, std::string_view selector) {
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(selector.data(), selector.data() + selector.size(), number);
+  if (error == std::errc() && end == selector.data() + selector.size()) return info.index == number;
+  if (fmt::format("{}:{}", info.platform, info.device) == selector) return true;
+  return contains_ignoring_case(info.name, selector) || contains_ignoring_case(info.platform_name, selector);
+}
+
+/// Shape of the tile kernels (kernels/base/lanes.h): wide on CPU devices, narrow on GPUs. HALFSHADE_KERNEL_SHAPE overrules, so
+/// that the shape of one kind of device can be tried on the other.
+bool has_wide_kernels(const DeviceInfo& info) {
+  const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
+  const std::string_view shape = variable ? variable : "";
+  if (shape.empty()) return info.is_cpu;
+  if (shape != "wide" && shape != "narrow")
+    throw InputError(
+        fmt::format("HALFSHADE_KERNEL_SHAPE: expected 'wide' or 'narrow' (found '{}'); unset it for the device's own", shape));
+  return shape == "wide";
+}
+
+/// Fills in what follows from device, context and queue.
+std::shared_ptr<DeviceImpl> finish(std::shared_ptr<DeviceImpl> impl) {
+  impl->profiles = (impl->cl_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
+  const bool wide = has_wide_kernels(impl->device_info);
+  impl->lanes = wide ? 16 : 1;
+  impl->tile_px = wide ? 32 : 16;
+  return impl;
+}
+
+}  // namespace
+
+std::string error_name(cl_int code) {
+  static constexpr std::pair<cl_int, const char*> names[] = {
+      {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+      {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
+      {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+      {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+      {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
+      {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+      {CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"},
+      {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE"},
+      {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+      {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
+      {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+      {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
+      {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+      {CL_INVALID_EVENT_WAIT_LIST, "CL_INVALID_EVENT_WAIT_LIST"},
+      {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
+  };
+  for (const auto& [known, name] : names)
+    if (known == code) return fmt::format("{} ({})", name, code);
+  return fmt::format("OpenCL error {}", code);
+}
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> infos;
+  for (FoundDevice& found : find_devices()) infos.push_back(std::move(found.info));
+  return infos;
+}
+
+void set_cpu_threads(unsigned count) {
+  if (count == 0)
+    ::unsetenv("POCL_MAX_PTHREAD_COUNT");
+  else
+    ::setenv("POCL_MAX_PTHREAD_COUNT", std::to_string(count).c_str(), 1);
+}
+
+std::shared_ptr<Device> Device::open(std::string_view selector) {
+  const std::vector<FoundDevice> found = find_devices();
+  if (found.empty())
+    throw InputError(
+        "no OpenCL device found; install one for the CPU with: apt-get install pocl-opencl-icd (a GPU's comes with its driver)");
+  std::string source = "--device";
+  if (selector.empty()) {
+    if (const char* variable = std::getenv("HALFSHADE_DEVICE"); variable && *variable) {
+      selector = variable;
+      source = "HALFSHADE_DEVICE";
+    }
+  }
+  auto chosen = found.end();
+  if (selector.empty()) {
+    chosen = std::find_if(found.begin(), found.end(), [](const FoundDevice& f) { return !f.info.is_cpu; });
+    if (chosen == found.end()) chosen = found.begin();
+  } else {
+    chosen = std::find_if(found.begin(), found.end(), [&](const FoundDevice& f) { return matches(f.info, selector); });
+  }
+  if (chosen == found.end()) {
+    std::string known;
+    for (const FoundDevice& f : found) known += fmt::format("{}{} '{}'", known.empty() ? "" : ", ", f.info.index, f.info.name);
+    throw InputError(
+        fmt::format("{}: no device matches '{}'; there are: {} (an index, P:D, or part of a name)", source, selector, known));
+  }
+  try {
+    auto impl = std::make_shared<DeviceImpl>();
+    impl->device_info = chosen->info;
+    impl->cl_device = chosen->device;
+    impl->cl_context_ = cl::Context(chosen->device);
+    impl->cl_queue = cl::CommandQueue(impl->cl_context_, chosen->device, CL_QUEUE_PROFILING_ENABLE);
+    impl->owns_queue = true;
+    return finish(std::move(impl));
+  } catch (const cl::Error& error) {
+    throw DeviceError(
+        fmt::format("{}: cannot open the device: {}: {}", chosen->info.name, error.what(), error_name(error.err())));
+  }
+}
+
+std::shared_ptr<Device> Device::adopt(cl_context context, cl_command_queue queue) {
+  if (!context || !queue) throw InputError("Device::adopt: expected a context and a queue, got a null handle");
+  try {
+    auto impl = std::make_shared<DeviceImpl>();
+    impl->cl_context_ = cl::Context(context, /*retainObject=*/true);
+    impl->cl_queue = cl::CommandQueue(queue, /*retainObject=*/true);
+    if (impl->cl_queue.getInfo<CL_QUEUE_CONTEXT>()() != context)
+      throw InputError("Device::adopt: the queue belongs to another context; pass the context it was made in");
+    if (impl->cl_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE)
+      throw InputError("Device::adopt: expected an in-order queue; make one without CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE");
+    impl->cl_device = impl->cl_queue.getInfo<CL_QUEUE_DEVICE>();
+    impl->device_info = describe(impl->cl_device);
+    return finish(std::move(impl));
+  } catch (const cl::Error& error) {
+    throw DeviceError(fmt::format("Device::adopt: {}: {}", error.what(), error_name(error.err())));
+  }
+}
+
+}  // namespace halfshade
