@@ -33,10 +33,12 @@ run_tests() {
 }
 
 scripts/setup.sh
+scripts/check_docs.sh
 if [[ $format ]]; then scripts/format.sh --check; fi
 scripts/check_kernels.sh
 run_tests release -D HALFSHADE_WERROR=$werror
 scripts/readme_tables.py --check
+cmake --build --preset release --target docs >/dev/null
 if [[ $asan ]]; then
   run_tests asan
   # Leaks are looked for where no device is opened: PoCL's compiler keeps what it made until the process ends, and its threads can
