@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <optional>
 
-#include "halfshade/halfshade.hpp"
+#include "methods/option.hpp"
 
 namespace halfshade {
 
@@ -20,11 +20,10 @@ std::vector<std::string> split(std::string_view text, char separator) {
 }
 
 long parse_integer(std::string_view option, const std::string& text, long min, long max) {
-  long value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || value < min || value > max)
+  const std::optional<long long> value = whole_number(text);
+  if (!value || *value < min || *value > max)
     throw InputError(fmt::format("{}: expected a whole number from {} to {} (found '{}')", option, min, max, text));
-  return value;
+  return static_cast<long>(*value);
 }
 
 }  // namespace halfshade

@@ -74,6 +74,15 @@ inline std::string one_of(std::initializer_list<unsigned> numbers) {
   return text;
 }
 
+/// The text of a member that is unsigned, or an optional of it for which none stands for `by_default`.
+template <auto member, unsigned by_default>
+std::string number_text(const Settings& settings) {
+  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(settings.*member)>, unsigned>)
+    return fmt::format("{}", settings.*member);
+  else
+    return fmt::format("{}", (settings.*member).value_or(by_default));
+}
+
 /// A whole number from `low` to `high`, in a member that is unsigned or an optional of it; `by_default` is what none stands for.
 template <auto member, unsigned low, unsigned high, unsigned by_default = 0>
 constexpr Option number(const OptionText& text) {
@@ -84,12 +93,7 @@ constexpr Option number(const OptionText& text) {
               throw InputError(fmt::format("expected a whole number from {} to {} (found '{}')", low, high, typed));
             settings.*member = static_cast<unsigned>(*value);
           },
-          [](const Settings& settings) {
-            if constexpr (std::is_same_v<std::remove_cvref_t<decltype(settings.*member)>, unsigned>)
-              return fmt::format("{}", settings.*member);
-            else
-              return fmt::format("{}", (settings.*member).value_or(by_default));
-          }};
+          number_text<member, by_default>};
 }
 
 /// One of a few numbers, in such a member; `by_default` is what none stands for.
@@ -102,12 +106,7 @@ constexpr Option choice(const OptionText& text) {
               throw InputError(fmt::format("expected {} (found '{}')", one_of({allowed...}), typed));
             settings.*member = static_cast<unsigned>(*value);
           },
-          [](const Settings& settings) {
-            if constexpr (std::is_same_v<std::remove_cvref_t<decltype(settings.*member)>, unsigned>)
-              return fmt::format("{}", settings.*member);
-            else
-              return fmt::format("{}", (settings.*member).value_or(by_default));
-          }};
+          number_text<member, by_default>};
 }
 
 /// On or off.

@@ -17,18 +17,14 @@
 
 #include "image/image_io.hpp"
 #include "light/light_model.hpp"
+#include "report/timing.hpp"
 #include "scene/placement.hpp"
 
 namespace halfshade {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr int packet_size = 16;
 constexpr std::uint32_t truth_seed = 0x7275'7468;
-
-double ms_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
 
 /// A light's disc in Embree's coordinates: a point of it is centre + x right + y up, where x, y is of the unit disc. Of a
 /// directional light (w = 0) these are directions, to where it comes from. A sphere light (radius > 0) shows each receiver a disc
