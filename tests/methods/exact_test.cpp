@@ -3,7 +3,7 @@
 
 #include "device/embedded_kernels.hpp"
 #include "report/rays.hpp"
-#include "support/brute_force.hpp"
+#include "report/reference.hpp"
 #include "support/closed_forms.hpp"
 #include "support/draw.hpp"
 #include "support/scenes.hpp"
@@ -34,7 +34,7 @@ RayReceivers receivers_of(const RayScene& rays, const Scene& scene, const Frame&
 /// Which of the samples each counted pixel sees, by brute force.
 std::vector<std::vector<bool>> brute_force(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
                                            unsigned samples) {
-  const BruteForce all(scene);
+  const Reference all(scene);
   const Light& light = scene.lights[0];
   const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
   const glm::dvec3 right(light_from_world[0][0], light_from_world[1][0], light_from_world[2][0]);
@@ -43,8 +43,8 @@ std::vector<std::vector<bool>> brute_force(const Scene& scene, const RayScene& r
   for (const glm::vec3& origin : receivers.origins) {
     std::vector<bool>& seen = sees.emplace_back();
     for (const glm::dvec2& s : light_points(light, samples).points)
-      seen.push_back(
-          !all.occluded(glm::dvec3(origin) + rays.origin_ws(), light.position + disc_radius(light) * (s.x * right + s.y * up)));
+      seen.push_back(!all.is_occluded(glm::dvec3(origin) + rays.origin_ws() - all.origin_ws(),
+                                      light.position + disc_radius(light) * (s.x * right + s.y * up) - all.origin_ws()));
   }
   return sees;
 }

@@ -1,4 +1,4 @@
-// The ray-traced truth against closed forms, against brute force in double precision, and its noise.
+// The ray-traced truth against closed forms, against the reference in double precision, and its noise.
 #include "report/rays.hpp"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "light/light_model.hpp"
-#include "support/brute_force.hpp"
+#include "report/reference.hpp"
 #include "support/closed_forms.hpp"
 #include "support/scenes.hpp"
 #include "support/temp_folder.hpp"
@@ -215,20 +215,20 @@ struct GroundAndTorus {
   }
 };
 
-TEST(Rays, AgreeWithBruteForceInDoublePrecision) {
+TEST(Rays, AgreeWithTheReferenceInDoublePrecision) {
   const GroundAndTorus test;
   const std::vector<glm::dvec2> pattern = disc_samples(16);
   const std::vector<float> seen =
       visibility_at(test.scene, test.light, test.points, {.samples = 16, .rotate = false, .pattern = pattern});
   const glm::dmat4 light_from_world = light_frustum(test.light).view_from_world;
   const glm::dmat3 world_from_light = glm::transpose(glm::dmat3(light_from_world));
-  const BruteForce brute_force(test.scene);
+  const Reference reference(test.scene);
   int differing = 0, shadowed = 0;
   for (std::size_t i = 0; i < test.points.size(); ++i) {
     int lit = 0;
     for (const glm::dvec2& s : pattern) {
       const glm::dvec3 to = test.light.position + world_from_light * glm::dvec3(s * test.light.radius, 0.0);
-      lit += !brute_force.occluded(test.points[i] + glm::dvec3(0, 1e-6, 0), to);
+      lit += !reference.is_occluded(test.points[i] + glm::dvec3(0, 1e-6, 0) - reference.origin_ws(), to - reference.origin_ws());
     }
     differing += std::abs(seen[i] * 16 - lit) > 0.01;
     shadowed += lit < 16;
