@@ -18,6 +18,8 @@ constexpr double rounding = 0x1p-44;
 /// Boxes are grown by as much, so that no triangle on their border is lost.
 constexpr double box_slack = 0x1p-46;
 constexpr std::uint32_t leaf_size = 4;
+/// A pixel's surface is found where depth and normal are off by less, in what rounding explains.
+constexpr double most_misfit = 8.0;
 
 double largest_of(const glm::dvec3& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -214,10 +216,9 @@ double Reference::visibility(const Light& light, const SurfacePoint& receiver, s
 /// The place on a ray from the origin whose view-space z grows by 1, on the triangle that best explains what a pixel shows: whose
 /// plane is at its depth and has its normal, and which covers the pixel's centre, or comes so near that the rasterizer's grid may
 /// have taken it there.
-std::optional<SurfacePoint> Reference::point_seen(const glm::dvec3& ray, const glm::dvec3& side, const glm::dvec3& up,
-                                                  double depth, double tolerance, const glm::dvec3& normal) const {
-  std::optional<SurfacePoint> best;
-  double best_misfit = 1e300;
+std::optional<Reference::Seen> Reference::point_seen(const glm::dvec3& ray, const glm::dvec3& side, const glm::dvec3& up,
+                                                     double depth, double tolerance, const glm::dvec3& normal) const {
+  std::optional<Seen> best;
   for (const glm::dvec2 offset : {glm::dvec2(0, 0), glm::dvec2(1, 1), glm::dvec2(1, -1), glm::dvec2(-1, 1), glm::dvec2(-1, -1)}) {
     const double apart = offset == glm::dvec2(0, 0) ? 0.0 : 0.01;
     const Segment probe(glm::dvec3(0.0), ray + offset.x * side + offset.y * up, false);
@@ -230,10 +231,9 @@ std::optional<SurfacePoint> Reference::point_seen(const glm::dvec3& ray, const g
       const glm::dvec3 n = across > 0.0 ? -cross / area : cross / area;
       const double at = glm::dot(cross, t.p) / across, slope = std::max(std::abs(across) / area / glm::length(ray), 1e-3);
       const double misfit = std::abs(at - depth) / (tolerance / slope) + 20.0 * glm::length(n - normal) + apart;
-      if (misfit >= best_misfit || misfit > 8.0) return false;
-      best_misfit = misfit;
+      if (best && misfit >= best->misfit) return false;
       const double size = std::max({largest_of(t.p), largest_of(t.q), largest_of(t.r), largest_of(at * ray)});
-      best = SurfacePoint{at * ray, n, i, rounding * size};
+      best = Seen{{at * ray, n, i, rounding * size}, misfit};
       return false;
     });
   }
@@ -259,13 +259,13 @@ SurfacePixels Reference::surface_pixels(const Camera& camera, std::span<const fl
     off_surface[i] = depth[i] * (q_per_px / 128.0 + 0x1p-21);
     const glm::dvec3 ray = world_from_view * glm::dvec3(qx, qy, 1.0);
     const double step = q_per_px / 128.0;
-    const std::optional<SurfacePoint> seen =
+    const std::optional<Seen> seen =
         point_seen(ray, step * world_from_view[0], step * world_from_view[1], depth[i], off_surface[i], glm::dvec3(normal_ws[i]));
-    placed[i] = seen.has_value();
+    placed[i] = seen && seen->misfit < most_misfit;
     if (!seen) return;
-    points[i] = *seen;
+    points[i] = seen->point;
     views[i] = glm::normalize(ray);
-    normals[i] = glm::vec4(glm::vec3(seen->normal), triangles_[seen->triangle].receives ? 1.0f : 0.0f);
+    normals[i] = glm::vec4(glm::vec3(points[i].normal), triangles_[points[i].triangle].receives ? 1.0f : 0.0f);
   });
 
   // What rounding might make another kind of is left out.

@@ -45,7 +45,9 @@ struct SurfacePixels {
   std::vector<SurfacePoint> points;   ///< of `pixels`
   std::vector<double> off_surface;    ///< of `pixels`: how far the frame's own positions may be off the surface
   std::vector<glm::dvec3> view;       ///< of `pixels`: unit, the direction in which the camera sees them
-  std::size_t unplaced = 0;           ///< pixels that show something where no triangle is: left out, expected 0
+  /// Pixels whose depth is off the surfaces there by more than rounding explains, or that show something where no triangle is
+  /// (those are left out). Expected 0.
+  std::size_t unplaced = 0;
 };
 
 /// A scene's triangles in a tree. Coordinates are relative to `origin_ws`, where the camera is.
@@ -94,8 +96,12 @@ class Reference {
   template <class Visit>
   bool any_on(const Segment& segment, Visit&& visit) const;
   bool is_occluded(const Segment& segment, std::uint32_t own) const;
-  std::optional<SurfacePoint> point_seen(const glm::dvec3& ray, const glm::dvec3& side, const glm::dvec3& up, double depth,
-                                         double tolerance, const glm::dvec3& normal) const;
+  struct Seen {
+    SurfacePoint point;
+    double misfit;  ///< of depth and normal, in what rounding explains
+  };
+  std::optional<Seen> point_seen(const glm::dvec3& ray, const glm::dvec3& side, const glm::dvec3& up, double depth,
+                                 double tolerance, const glm::dvec3& normal) const;
 
   glm::dvec3 origin_ws_;
   std::vector<Triangle> triangles_;
