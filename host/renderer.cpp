@@ -40,15 +40,17 @@ struct Renderer::State {
 
   GBuffer draw_gbuffer() {
     passes.launcher.set_label("camera");
-    return gbuffer_pass.run(passes.triangles, placed->resident, placed->camera, placed->materials);
+    return gbuffer_pass.run(passes.triangles, placed->resident, placed->camera, camera_unit(placed->scene.camera),
+                            placed->materials);
   }
 
-  LightFrame light_frame(const GBuffer& gbuffer, std::size_t light, const Settings& settings) {
+  /// `has_depth`: receivers are what the scene's camera sees.
+  LightFrame light_frame(const GBuffer& gbuffer, bool has_depth, std::size_t light, const Settings& settings) {
     PlacedScene& s = *placed;
     const std::span<LightFace> faces = s.faces_of_light(light);
     for (LightFace& face : faces)
       face.fitted = fit_light_view(face.as, s.placed, settings.light_resolution_px, device().tile_px,
-                                   method(settings.method).searches_map());
+                                   method(settings.method).searches_map(), has_depth ? &s.scene.camera : nullptr);
     return {.scene = s.scene,
             .resident = s.resident,
             .placed = s.placed,
@@ -61,7 +63,7 @@ struct Renderer::State {
   /// Every pass of one light over a G-buffer.
   void draw_visibility(const GBuffer& gbuffer, std::size_t light, const Settings& settings, const Buffer<cl_float>& out,
                        std::size_t plane, const Buffer<cl_float4>& tint_planes) {
-    LightFrame frame = light_frame(gbuffer, light, settings);
+    LightFrame frame = light_frame(gbuffer, gbuffer.depth != nullptr, light, settings);
     frame.visibility = out;
     frame.plane = static_cast<cl_uint>(plane);
     frame.tints = {tint_planes, tint_planes ? placed->tint_planes[light] : -1};
@@ -224,7 +226,7 @@ LightBuffers Renderer::read_light_buffers(std::size_t light, std::size_t face) {
   if (face >= own.size())
     throw InputError(fmt::format("read_light_buffers: face {} of light {}: it has {}", face, light, own.size()));
   return guarded("read_light_buffers", [&] {
-    const LightFrame frame = s.light_frame({}, light, *s.rendered);
+    const LightFrame frame = s.light_frame({}, /*has_depth=*/true, light, *s.rendered);
     const LightView& fitted = own[face].fitted;
     if (fitted.casters.empty()) return LightBuffers{};
     // Lights take turns with the buffers, so this one's are drawn again.

@@ -88,8 +88,10 @@ std::vector<glm::vec4> positions_of(const Camera& camera, const std::vector<floa
 LightBuffers light_buffers_of(const LightView& fitted, std::vector<LightBuffers::Plane> planes) {
   LightBuffers buffers;
   buffers.resolution = {fitted.view.width_px, fitted.view.height_px};
-  buffers.lm_from_px_origin = fitted.lm_from_px_origin * fitted.unit;
-  buffers.lm_from_px_scale = fitted.lm_from_px_scale * fitted.unit;
+  const double scale =
+      fitted.is_projective ? fitted.unit : 1.0;  // of light map coordinates, which are ratios but for parallel light
+  buffers.lm_from_px_origin = fitted.lm_from_px_origin * scale;
+  buffers.lm_from_px_scale = fitted.lm_from_px_scale * scale;
   buffers.znear = fitted.distance_of(fitted.znear);
   buffers.zfar = fitted.distance_of(fitted.zfar);
   buffers.planes = std::move(planes);

@@ -15,7 +15,7 @@ class AllMethods : public testing::TestWithParam<Method> {
   /// Calls body(device) for the kernels of CPU devices and those of GPU devices.
   template <class Body>
   static void in_both_shapes(Body&& body) {
-    for (const char* shape : {"wide", "narrow"}) {
+    for (const std::string& shape : kernel_shapes()) {
       SCOPED_TRACE(shape);
       body(test_device(shape));
       if (HasFatalFailure()) return;

@@ -16,9 +16,6 @@
 namespace halfshade {
 namespace {
 
-/// The tangent of half of a cone that has no border.
-constexpr double everywhere = 1e15;
-
 constexpr LightKey directional_keys[] = {
     light_key("direction", &Light::direction, &is_finite_rule, Presence::required, Motion::animated),
     light_key<std::optional<glm::dvec3>>("up", &Light::up, nullptr, Presence::optional, Motion::fixed),
@@ -52,23 +49,6 @@ class Directional final : public LightModel {
   }
   std::vector<Light> drawn_as(const Light& light) const override { return {light}; }
   glm::dmat4 axes(const Light& light) const override { return look_along(glm::dvec3(0.0), light.direction, light.up); }
-  void place(const Light& light, const std::vector<PlacedMesh>& meshes, LightView& fitted) const override {
-    // As deep again behind the scene as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of
-    // two: the texel grid stays where it is as things move.
-    double low = 1e300, high = -1e300;
-    const glm::dmat4 light_from_world = light_axes(light);
-    for (const PlacedMesh& mesh : meshes)
-      for (int i = 0; i < 8; ++i) {
-        const double z = in_view(light_from_world * mesh.world_from_local, corner_of(mesh.bounds, i)).z;
-        low = std::min(low, z);
-        high = std::max(high, z);
-      }
-    const double depth = meshes.empty() ? 1.0 : std::max(high - low, 1e-6 * std::max({std::abs(high), std::abs(low), 1e-30}));
-    fitted.is_projective = true;
-    fitted.horizon = meshes.empty() ? 1.0 : high + depth;
-    fitted.unit = std::exp2(std::ceil(std::log2(2.0 * depth)));
-    fitted.frustum = directional_frustum(light, fitted.horizon, fitted.unit);
-  }
   double radius(const Light& light) const override { return std::tan(glm::radians(light.angular_radius_deg)); }
   glm::dvec4 centre(const Light& light, const glm::dvec3&) const override {
     return glm::dvec4(-row_of(light_axes(light), 2), 0.0);
@@ -81,6 +61,15 @@ class Directional final : public LightModel {
 };
 
 }  // namespace
+
+void place_parallel_light(const Light& light, double low, double high, LightView& fitted) {
+  // As deep again behind all that as it is deep, so that 1/z' changes no more than twofold over it. Its unit is a power of two:
+  // the texel grid stays where it is as things move.
+  const double depth = std::max(high - low, 1e-6 * std::max({std::abs(high), std::abs(low), 1e-30}));
+  fitted.horizon = high + depth;
+  fitted.unit = std::exp2(std::ceil(std::log2(2.0 * depth)));
+  fitted.frustum = directional_frustum(light, fitted.horizon, fitted.unit);
+}
 
 const LightModel& directional_light_model() {
   static const Directional model;

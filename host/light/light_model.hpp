@@ -90,7 +90,7 @@ class LightModel {
   bool has_shape_key = false;               ///< the scene file's "shape" tells which, and the shape's keys are the light's too
   std::span<const std::string_view> faces;  ///< names of the views that it is drawn in; one, without a name, if one is enough
   bool is_sphere = false;                   ///< each receiver sees the disc that faces it; else all see the same flat shape
-  bool is_projective = false;               ///< its light space is a projective image of the world, placed by each fit
+  bool is_projective = false;               ///< it shines in parallel: its light space is a projective image of the world
   bool has_cone = false;                    ///< it shines into a square frustum; else in all directions, or everywhere
 
   bool has_faces() const { return faces.size() > 1; }
@@ -103,9 +103,6 @@ class LightModel {
 
   /// Right, up and axis as rows, from the light's place; of a light without one, from the world's origin. Of one of `drawn_as`.
   virtual glm::dmat4 axes(const Light& light) const = 0;
-
-  /// Sets frustum, is_projective, horizon and unit of `fitted` for what stands in the scene.
-  virtual void place(const Light& light, const std::vector<PlacedMesh>& meshes, LightView& fitted) const = 0;
 
   /// See disc_radius.
   virtual double radius(const Light& light) const = 0;

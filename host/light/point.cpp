@@ -49,9 +49,6 @@ class Point final : public LightModel {
     return faces_in_order;
   }
   glm::dmat4 axes(const Light& face) const override { return look_along(face.position, face.target - face.position, face.up); }
-  void place(const Light& face, const std::vector<PlacedMesh>&, LightView& fitted) const override {
-    fitted.frustum = light_frustum(face);
-  }
   double radius(const Light& light) const override { return light.radius; }
   glm::dvec4 centre(const Light& light, const glm::dvec3& origin_ws) const override {
     return glm::dvec4(light.position - origin_ws, 1.0);

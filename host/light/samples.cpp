@@ -192,7 +192,8 @@ Light light_at_point(const Light& light, const LightView& fitted, const glm::dve
   point.radius = 0.0;
   point.shape = LightShape::disc;
   point.texture.reset();
-  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x + radius / fitted.znear));
+  point.cone_deg = 2.0 * glm::degrees(std::atan(fitted.frustum.tan_half_x +
+                                                fitted.radius / std::max(fitted.nearest_receiver, 1e-3 * fitted.radius)));
   return point;
 }
 

@@ -33,9 +33,6 @@ class Spot final : public LightModel {
   glm::dmat4 axes(const Light& light) const override {
     return look_along(light.position, light.target - light.position, light.up);
   }
-  void place(const Light& light, const std::vector<PlacedMesh>&, LightView& fitted) const override {
-    fitted.frustum = light_frustum(light);
-  }
   double radius(const Light& light) const override { return model_of(light.shape).radius(light); }
   glm::dvec4 centre(const Light& light, const glm::dvec3& origin_ws) const override {
     return glm::dvec4(light.position - origin_ws, 1.0);

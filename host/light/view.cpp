@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/gtc/matrix_transform.hpp>
 
 namespace halfshade {
 
@@ -80,12 +81,20 @@ Frustum camera_frustum(const Camera& camera) {
   return frustum;
 }
 
+double camera_unit(const Camera& camera) {
+  return std::exp2(std::round((std::log2(camera.znear) + std::log2(camera.zfar)) / 2));
+}
+
+glm::dmat4 camera_view_from_world(const Camera& camera) {
+  return glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 / camera_unit(camera))) * camera_frustum(camera).view_from_world;
+}
+
 HsView camera_view(const Camera& camera, unsigned tile_px) {
   const Frustum frustum = camera_frustum(camera);
   const double px_per_q = camera.resolution.y / (2.0 * frustum.tan_half_y);
   HsView view = base_view(frustum, px_per_q, {-frustum.tan_half_x, frustum.tan_half_y}, camera.resolution, tile_px);
-  view.znear = static_cast<float>(camera.znear);
-  view.d_far = static_cast<float>(1.0 / camera.zfar);
+  view.znear = static_cast<float>(camera.znear / camera_unit(camera));
+  view.d_far = static_cast<float>(camera_unit(camera) / camera.zfar);
   return view;
 }
 

@@ -28,6 +28,7 @@ glm::dvec3 corner_of(const Bounds& bounds, int i);
 
 /// What a view needs of a mesh: where it is, and what it does.
 struct PlacedMesh {
+  const Mesh* mesh = nullptr;
   glm::dmat4 world_from_local{1.0};  ///< see world_from_local in scene/placement.hpp
   Bounds bounds;                     ///< of the stored positions
   int orientation = 0;               ///< solid_orientation of the mesh
@@ -63,7 +64,14 @@ std::optional<Misfit> misfit_of_look(const glm::dvec3& position, const glm::dvec
 
 Frustum camera_frustum(const Camera& camera);
 
-/// The camera's view on its pixel grid of `tile_px` tiles.
+/// The unit that kernels see the camera's space in, in the scene's: a power of two between its near and far planes, so that no
+/// product of coordinates overflows or vanishes, however large the scene is.
+double camera_unit(const Camera& camera);
+
+/// view_from_world in that unit.
+glm::dmat4 camera_view_from_world(const Camera& camera);
+
+/// The camera's view, in its unit, on its pixel grid of `tile_px` tiles.
 HsView camera_view(const Camera& camera, unsigned tile_px);
 
 /// A view on a grid of `size_px`, `px_per_q` pixels a unit of q = (x/z, y/z), from its top left corner. znear and d_far are left

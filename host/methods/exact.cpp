@@ -45,7 +45,7 @@ class ExactPasses final : public MethodPasses {
     reserve(frame, list.view);
     shared_.shadow_map.run(shared_.triangles, frame.resident, list, Coverage::conservative);
     receive_by_map(frame, list.view, receiver);
-    collect_edges(frame, list, disc.widest_radius);
+    collect_edges(frame, list, disc);
     bin_edges(list.view, disc.in_kernels.radius_px);
     list_receivers(frame, receiver);
     count_samples(frame, list, receiver, disc.in_kernels, points);
@@ -59,13 +59,12 @@ class ExactPasses final : public MethodPasses {
   };
 
   static Disc disc_of(const LightFrame& frame, const LightFace& face, const LightPointBuffer& points) {
-    const Light& light = face.as;
     Disc result;
     HsDisc& disc = result.in_kernels;
-    disc.radius = static_cast<float>(disc_radius(light));
-    disc.sphere = model_of(light.type).is_sphere;
+    disc.radius = static_cast<float>(face.fitted.radius);
+    disc.sphere = model_of(face.as.type).is_sphere;
     // On the plane of a sphere's face, the disc that faces a receiver is up to this much larger, at the face's corners.
-    const double widest = disc_radius(light) * (disc.sphere ? std::sqrt(3.0) : 1.0);
+    const double widest = face.fitted.radius * (disc.sphere ? std::sqrt(3.0) : 1.0);
     result.widest_radius = static_cast<float>(widest);
     disc.radius_px = static_cast<float>(widest / face.fitted.lm_from_px_scale);
     disc.reach2 = disc.radius * disc.radius * 1.001f;
@@ -89,10 +88,10 @@ class ExactPasses final : public MethodPasses {
     const ResidentScene& resident = frame.resident;
     const cl_uint tiles = tiles_of(view);
     const std::size_t pixels = frame.gbuffer.pixel_count();
-    // A cut for every triangle that passes through the light's plane, at worst. In whole blocks.
-    const std::size_t max_edges = std::size_t{resident.edge_record_count} + resident.triangle_count;
+    const std::size_t max_edges = resident.edge_record_count;  // in whole blocks
     planes_.reserve(device(), resident.triangle_count, "face planes");
     disc_sides_.reserve(device(), resident.triangle_count, "face sides");
+    touching_.reserve(device(), std::size_t{resident.triangle_count} + 1, "faces at the light");
     edges_.reserve_bytes(device(), (max_edges + device().lanes) * HS_EDGE_NUMBERS * sizeof(cl_float), "potential silhouettes");
     tile_far_.reserve(device(), tile_far_count(view), "tile depths");
     tile_queue_.reserve(device(), 1, "tile queue");
@@ -111,6 +110,7 @@ class ExactPasses final : public MethodPasses {
     launcher().zero(receiver_bins_.counts, tiles);
     launcher().zero(edge_bins_.counts, std::size_t{tiles} * count_copies());
     launcher().zero(tile_queue_, 1);
+    launcher().zero(touching_, 1);
     launcher().launch_pixels(frame.gbuffer.resolution, kernels::ReceiveByMap{.light = view,
                                                                              .view = receiver,
                                                                              .gbuffer = frame.gbuffer.arguments(),
@@ -122,33 +122,28 @@ class ExactPasses final : public MethodPasses {
     receiver_bins_.scan(launcher(), tiles);
   }
 
-  /// Edges that are a silhouette for some point of the disc, and cuts of faces with the light's plane.
-  void collect_edges(const LightFrame& frame, const DrawList& list, float widest_radius) {
+  /// Edges that are a silhouette for some point of the disc, and faces that touch it.
+  void collect_edges(const LightFrame& frame, const DrawList& list, const Disc& disc) {
     const ResidentScene& resident = frame.resident;
     const Buffer<cl_float4>& vertices_ls = shared_.triangles.vertices_vs();
     launcher().launch_blocks(list.triangles, kernels::OrientFacesToDisc{.blocks = list.triangles.blocks,
                                                                         .triangles = resident.triangle_corners,
                                                                         .vertices_ls = vertices_ls,
-                                                                        .radius = widest_radius,
+                                                                        .disc = disc.in_kernels,
+                                                                        .radius = disc.widest_radius,
                                                                         .planes = planes_,
-                                                                        .disc_sides = disc_sides_});
+                                                                        .disc_sides = disc_sides_,
+                                                                        .touching = touching_});
     launcher().launch_blocks(list.caster_edges, kernels::CollectEdges{.blocks = list.caster_edges.blocks,
                                                                       .edge_ends = resident.edge_ends,
                                                                       .edge_face_offsets = resident.edge_face_offsets,
                                                                       .edge_faces = resident.edge_faces,
+                                                                      .disc = disc.in_kernels,
                                                                       .disc_sides = disc_sides_,
                                                                       .planes = planes_,
                                                                       .vertices_ls = vertices_ls,
                                                                       .edges = edges_,
                                                                       .status = shared_.triangles.status()});
-    launcher().launch_blocks(list.triangles, kernels::CollectCuts{.blocks = list.triangles.blocks,
-                                                                  .triangles = resident.triangle_corners,
-                                                                  .disc_sides = disc_sides_,
-                                                                  .planes = planes_,
-                                                                  .vertices_ls = vertices_ls,
-                                                                  .radius = widest_radius,
-                                                                  .edges = edges_,
-                                                                  .status = shared_.triangles.status()});
   }
 
   /// Blocks of edges to tiles: counted, scanned, filled.
@@ -184,6 +179,7 @@ class ExactPasses final : public MethodPasses {
                                                                               .receiver_words = receiver_words_,
                                                                               .edge_offsets = edge_bins_.offsets,
                                                                               .all = cl_uint{frame.settings.alias_free},
+                                                                              .touching = touching_,
                                                                               .tile_cursors = receiver_bins_.counts,
                                                                               .listed = receivers_});
   }
@@ -204,7 +200,7 @@ class ExactPasses final : public MethodPasses {
                                             .tints = frame.tints.arguments(),
                                             .triangle_tiles = shared_.triangles.tiles(list),
                                             .triangles = shared_.triangles.triangles(frame.resident),
-                                            .disc_faces = {.planes = planes_, .disc_sides = disc_sides_},
+                                            .disc_faces = {.planes = planes_, .disc_sides = disc_sides_, .touching = touching_},
                                             .listed_receivers = {.receiver_offsets = receiver_bins_.offsets,
                                                                  .receiver_ends = receiver_bins_.counts,
                                                                  .listed = receivers_},
@@ -217,6 +213,7 @@ class ExactPasses final : public MethodPasses {
   LightPointBuffers points_;
   Buffer<cl_float4> planes_;          // a triangle: its plane in light space
   Buffer<cl_uchar> disc_sides_;       // a triangle: see orient_faces_to_disc
+  Buffer<cl_uint> touching_;          // the number of triangles that touch the light, and which
   Buffer<kernels::EdgeBlock> edges_;  // potential silhouettes
   Bins edge_bins_;                    // of blocks of them
   Buffer<cl_int> tile_far_;           // a tile: bits of the depth of its farthest receiver

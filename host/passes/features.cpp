@@ -14,7 +14,7 @@ std::size_t in_words(std::size_t bytes) {
 
 HsFinShape fin_shape(const Light& light, const LightView& fitted, unsigned tile_px) {
   HsFinShape shape{};
-  shape.radius_px = static_cast<float>(disc_radius(light) / fitted.lm_from_px_scale);
+  shape.radius_px = static_cast<float>(fitted.radius / fitted.lm_from_px_scale);
   if (model_of(light.type).is_sphere) shape.sphere_q_per_px = static_cast<float>(fitted.lm_from_px_scale);
   shape.tile_step = tile_px;
   shape.tiles_x = fitted.view.tiles_x;

@@ -2,7 +2,7 @@
 
 namespace halfshade {
 
-GBuffer GBufferPass::run(TrianglesPass& triangles, const ResidentScene& resident, const DrawList& camera,
+GBuffer GBufferPass::run(TrianglesPass& triangles, const ResidentScene& resident, const DrawList& camera, double unit,
                          const Buffer<cl_float4>& materials) {
   const DeviceImpl& device = launcher_.device();
   const HsView& view = camera.view;
@@ -23,6 +23,7 @@ GBuffer GBufferPass::run(TrianglesPass& triangles, const ResidentScene& resident
                                                                 .triangle_tiles = triangles.tiles(camera),
                                                                 .triangles = triangles.triangles(resident),
                                                                 .face_normals = face_normals_,
+                                                                .unit = static_cast<cl_float>(unit),
                                                                 .depth = depth_,
                                                                 .normal = normal_,
                                                                 .face = face_});

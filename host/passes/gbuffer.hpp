@@ -27,8 +27,9 @@ class GBufferPass {
  public:
   explicit GBufferPass(Launcher& launcher) : launcher_(launcher) {}
 
-  /// Draws the camera's view. `materials`: a mesh's base colour, w = 1 where it receives shadows.
-  GBuffer run(TrianglesPass& triangles, const ResidentScene& resident, const DrawList& camera,
+  /// Draws the camera's view, whose unit is `unit` of the scene's. `materials`: a mesh's base colour, w = 1 where it receives
+  /// shadows.
+  GBuffer run(TrianglesPass& triangles, const ResidentScene& resident, const DrawList& camera, double unit,
               const Buffer<cl_float4>& materials);
 
   const Buffer<cl_float>& depth() const { return depth_; }

@@ -30,21 +30,22 @@ HsReceiverView receiver_view(const Camera& scene_camera, glm::uvec2 resolution, 
   view.from_world_z = rows.row_z;
   view.from_world_w = rows.row_w;
   const LightModel& model = model_of(light.type);
-  view.axis_ws = float4_of(row_of(light_axes(light), 2) / fitted.unit, model.is_projective ? 0.0 : 1.0);
+  view.axis_ws = float4_of(row_of(light_axes(light), 2), model.is_projective ? 0.0 : 1.0);
   view.unit = static_cast<float>(fitted.unit);
   if (has_depth) {
-    view.error_per_distance = static_cast<float>(q_per_px) / 256.0f;  // rasterizers snap vertices to grids of 1/256 pixel
+    // Rasterizers snap vertices to grids of 1/256 pixel.
+    view.error_per_distance = static_cast<float>(q_per_px) / 256.0f / view.unit;
   } else if (tolerance <= 0.0) {
     // Positions as renderers store them lie up to 6e-6 of their depth off their surface, and those of coarse pictures a 256th of
     // a pixel. How far from their camera that is nobody knows here, so the light's distance stands for it, or the scene's extent
     // along the light.
     const double stored_error = std::max(1e-5, 1.0 / (128.0 * resolution.y));
     if (model.is_projective)
-      view.error = static_cast<float>(stored_error * fitted.unit);
+      view.error = static_cast<float>(stored_error);
     else
       view.error_per_distance = static_cast<float>(stored_error);
   }
-  if (tolerance > 0.0) view.error = static_cast<float>(tolerance);
+  if (tolerance > 0.0) view.error = static_cast<float>(tolerance / fitted.unit);
   view.is_face = model.has_faces();
   view.width_px = camera.resolution.x;
   view.height_px = camera.resolution.y;
@@ -60,10 +61,13 @@ HsReceiverView shade_view(const Camera& scene_camera, glm::uvec2 resolution, boo
   const glm::dmat3 world_from_view = glm::transpose(glm::dmat3(from.view_from_world));
   const double q_per_px = 2.0 * from.tan_half_y / camera.resolution.y;
   HsReceiverView view{};
-  view.ray0 = float4_of(world_from_view * glm::dvec3(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0));
-  view.ray_dx = float4_of(world_from_view * glm::dvec3(q_per_px, 0.0, 0.0));
-  view.ray_dy = float4_of(world_from_view * glm::dvec3(0.0, -q_per_px, 0.0));
-  view.origin = float4_of(-camera.position);
+  const double unit = camera_unit(camera);
+  const auto direction = [&](double x, double y, double z) { return float4_of(world_from_view * glm::dvec3(x, y, z) / unit); };
+  view.ray0 = direction(-from.tan_half_x + 0.5 * q_per_px, from.tan_half_y - 0.5 * q_per_px, 1.0);
+  view.ray_dx = direction(q_per_px, 0.0, 0.0);
+  view.ray_dy = direction(0.0, -q_per_px, 0.0);
+  view.origin = float4_of(-camera.position / unit);
+  view.unit = static_cast<float>(unit);
   view.width_px = camera.resolution.x;
   view.height_px = camera.resolution.y;
   view.has_depth = has_depth;
@@ -75,7 +79,7 @@ HsShadeLight shade_light(const Camera& camera, const Light& light) {
   const glm::dvec4 centre = model.centre(light, camera.position);
   const glm::dmat4 light_from_world = light_axes(faces_of(light).front());
   HsShadeLight shade{};
-  shade.position_ws = float4_of(glm::dvec3(centre), centre.w);
+  shade.position_ws = float4_of(glm::dvec3(centre) / (centre.w != 0.0 ? camera_unit(camera) : 1.0), centre.w);
   shade.color = float4_of(glm::dvec3(light.color) * light.intensity * mean_color(light));
   shade.tint_plane = -1;
   shade.from_camera_x = float4_of(row_of(light_from_world, 0));

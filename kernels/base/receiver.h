@@ -32,6 +32,14 @@ HS_INLINE vfloat distance_from_light(vfloat x, vfloat y, vfloat z) {
   return sqrt(x * x + y * y + z * z);
 }
 
+// Normals along the light's right, up and axis.
+HS_INLINE void turn_to_light(const HsReceiverView view, vfloat nx_ws, vfloat ny_ws, vfloat nz_ws, vfloat* nx, vfloat* ny,
+                             vfloat* nz) {
+  *nx = along_axis(view.from_world_x.xyz, nx_ws, ny_ws, nz_ws) * view.unit;
+  *ny = along_axis(view.from_world_y.xyz, nx_ws, ny_ws, nz_ws) * view.unit;
+  *nz = along_axis(view.axis_ws.xyz, nx_ws, ny_ws, nz_ws);
+}
+
 // Pixels (px, py) with depth z_vs, and positions in the world, to light space before the division by w.
 HS_INLINE void light_space_of_depth(const HsReceiverView view, vfloat px, vfloat py, vfloat z_vs, vfloat* x, vfloat* y, vfloat* z,
                                     vfloat* w) {
@@ -52,7 +60,7 @@ HS_INLINE void light_space_of_position(const HsReceiverView view, vfloat x_ws, v
 typedef struct {
   vint seen;          // there is something
   vfloat x, y, z, w;  // in light space, times w
-  vfloat error;       // what the G-buffer may have them wrong by
+  vfloat error;       // what the G-buffer may have them wrong by, in light space
   vfloat qx, qy, d;   // light map coordinates, 1/z
   vfloat u, v;        // position in the light map's texels, texel centres at integers
 } PixelPlace;
@@ -93,9 +101,8 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   const PixelPlace p = place_pixels(light, view, px, py, valid, depth_or_position);
   vfloat nx_ws, ny_ws, nz_ws, receives;
   load_lanes4(normal, (size_t)py * view.width_px + px, valid, &nx_ws, &ny_ws, &nz_ws, &receives);
-  const vfloat nx = nx_ws * view.from_world_x.x + ny_ws * view.from_world_x.y + nz_ws * view.from_world_x.z;
-  const vfloat ny = nx_ws * view.from_world_y.x + ny_ws * view.from_world_y.y + nz_ws * view.from_world_y.z;
-  const vfloat nz = nx_ws * view.axis_ws.x + ny_ws * view.axis_ws.y + nz_ws * view.axis_ws.z;
+  vfloat nx, ny, nz;
+  turn_to_light(view, nx_ws, ny_ws, nz_ws, &nx, &ny, &nz);
 
   Receiver r;
   r.z = p.z / p.w;
@@ -116,7 +123,7 @@ HS_INLINE Receiver locate(const HsView light, const HsReceiverView view, int px,
   // in a directional light's.
   const vfloat inverse = -1.0f / max(facing, 1e-30f);
   r.plane_d = p.d;
-  r.error_d = p.error * (view.axis_ws.w != 0.0f ? p.d * p.d : (vfloat)(1.0f / view.unit));
+  r.error_d = p.error * (view.axis_ws.w != 0.0f ? p.d * p.d : (vfloat)(1.0f));
   r.plane_dx = nx * inverse * (1.0f / light.px_from_q.x);
   r.plane_dy = ny * inverse * (1.0f / light.px_from_q.z);
   return r;
@@ -168,7 +175,7 @@ typedef struct {
 HS_INLINE Footprint footprint_at(const HsView light, vfloat u, vfloat v) {
   const vfloat x = min(max(floor(u), 0.0f), (float)light.width_px - 2.0f);
   const vfloat y = min(max(floor(v), 0.0f), (float)light.height_px - 2.0f);
-  const Footprint f = {v_int(x), v_int(y), min(max(u - x, 0.0f), 1.0f), min(max(v - y, 0.0f), 1.0f)};
+  const Footprint f = {column(light, v_int(x)), row(light, v_int(y)), min(max(u - x, 0.0f), 1.0f), min(max(v - y, 0.0f), 1.0f)};
   return f;
 }
 HS_INLINE Footprint footprint(const HsView light, const Receiver* r) {

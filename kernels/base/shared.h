@@ -158,20 +158,20 @@ typedef struct {
 typedef struct {
   hs_float4 ray0, ray_dx, ray_dy, origin;
   hs_float4 from_world_x, from_world_y, from_world_z, from_world_w;  // rows of light_from_world
-  hs_float4 axis_ws;            // xyz: the light's axis in light space's unit; w: 0 for a directional light, else 1
+  hs_float4 axis_ws;            // xyz: the light's axis; w: 0 for a directional light, else 1
   hs_uint width_px, height_px;  // of the G-buffer
   hs_uint has_depth;            // 1: depth plane, 0: position plane
   float tan_half_cone;          // of the square that is lit
   hs_uint is_face;              // 1: what lies outside of it is lit by another face of the light, and keeps what it has
-  float error_per_distance;     // receivers may be off their surface by so much times their view depth, or, where positions are
-                                // given, their distance from the light
-  float unit;                   // of light space, in the world's: 1 but for directional lights
+  float error_per_distance;     // receivers may be off their surface, in light space, by so much times their view depth, or,
+                                // where positions are given, their distance from the light
+  float unit;                   // of light space, in the world's: a power of two
   float error;                  // and by so much more
 } HsReceiverView;
 
 // One light as shading sees it.
 typedef struct {
-  hs_float4 position_ws;  // relative to the camera, times w; w = 0 for a directional light, xyz then is where it comes from
+  hs_float4 position_ws;  // relative to the camera, in its unit, times w; w = 0: a directional light, xyz is where it comes from
   hs_float4 color;        // colour times intensity
   hs_float4 from_camera_x, from_camera_y, from_camera_z;  // rows of light_from_(world relative to the camera)
   float tan_half_cone;                                    // 0 for lights that shine everywhere

@@ -48,6 +48,30 @@ __kernel void bound_triangles(const HsView view, __global const HsBlock* blocks,
   rects[get_global_id(0)] = rect;
 }
 
+// The box in the map, fixed point, about what of a triangle lies before the view's plane, when some of its corners lie before the
+// near plane or outside the guard band: as far as the guard band where it is not bounded. Empty where there is nothing.
+HS_INLINE void bound_clipped(const HsView view, float3 a, float3 b, float3 c, int2* low, int2* high) {
+  const float3 corners[3] = {a, b, c};
+  const float guard = (float)HS_GUARD_PX;
+  float2 least = (float2)(INFINITY), most = (float2)(-INFINITY);
+  for (int i = 0; i < 3; ++i) {
+    const float3 from = homogeneous_px(view, corners[i]), to = homogeneous_px(view, corners[i < 2 ? i + 1 : 0]);
+    if (from.z > 0.0f) {
+      const float2 at = clamp(from.xy / from.z, -guard, guard);
+      least = min(least, at);
+      most = max(most, at);
+    }
+    if ((from.z > 0.0f) == (to.z > 0.0f)) continue;
+    // Towards the plane it leads to infinity, in the direction of the cut with it.
+    const float2 cut = from.xy + (to.xy - from.xy) * (from.z / (from.z - to.z));
+    const float2 rounding = (fabs(from.xy) + fabs(to.xy)) * 1e-6f;
+    least = select(least, (float2)(-guard), cut <= rounding);
+    most = select(most, (float2)(guard), cut >= -rounding);
+  }
+  *low = convert_int2_rtn(least * (float)HS_SUBPIXEL);
+  *high = convert_int2_rtp(most * (float)HS_SUBPIXEL);
+}
+
 // As bound_triangles, but conservative: every tile that the triangle touches, whether it covers a texel's centre there or not,
 // for the centre count asks at any point of the map.
 __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* blocks, HS_ARGS_TRIANGLES, __global ushort4* rects,
@@ -56,24 +80,14 @@ __kernel void bound_triangles_wide(const HsView view, __global const HsBlock* bl
   ushort4 rect = (ushort4)(0);
   if (get_local_id(0) < block.count) {
     const uint3 corner = vload3(block.first + get_local_id(0), triangles);
-    int4 polygon[HS_CLIP_VERTICES];
-    polygon[0] = vertices_px[corner.x];
-    polygon[1] = vertices_px[corner.y];
-    polygon[2] = vertices_px[corner.z];
-    const uint flags = as_uint(polygon[0].w | polygon[1].w | polygon[2].w);
-    int count = 3;
+    const int4 a = vertices_px[corner.x], b = vertices_px[corner.y], c = vertices_px[corner.z];
+    const uint flags = as_uint(a.w | b.w | c.w);
     if (flags & HS_VERTEX_INVALID) {
       atomic_inc(&status->dropped_triangle_count);
-      count = 0;
-    } else if (flags != 0) {
-      count = clip_triangle(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, polygon);
-    }
-    if (count >= 3) {
-      int2 low = polygon[0].xy, high = polygon[0].xy;
-      for (int i = 1; i < count; ++i) {
-        low = min(low, polygon[i].xy);
-        high = max(high, polygon[i].xy);
-      }
+    } else {
+      int2 low = min(a.xy, min(b.xy, c.xy)), high = max(a.xy, max(b.xy, c.xy));
+      if (flags != 0)
+        bound_clipped(view, vertices_vs[corner.x].xyz, vertices_vs[corner.y].xyz, vertices_vs[corner.z].xyz, &low, &high);
       rect = rect_of_texels(
           view, ((low.x - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((low.y - 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px,
           ((high.x + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_x_px, ((high.y + 4) >> HS_SUBPIXEL_BITS) + (int)view.mid_y_px);

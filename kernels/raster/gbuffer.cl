@@ -20,10 +20,11 @@ __kernel void face_normals(const HsView view, __global const HsBlock* blocks, __
   }
 }
 
-// depth, normal, face: the planes of GBuffer (halfshade.hpp); 0, 0 and 0xffffffff where nothing is seen.
+// depth, normal, face: the planes of GBuffer (halfshade.hpp); 0, 0 and 0xffffffff where nothing is seen. unit: of the view, in
+// that of the depth.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_gbuffer(
-    const HsView view, HS_ARGS_TRIANGLE_TILES, HS_ARGS_TRIANGLES, __global const float4* face_normals, __global float* depth,
-    __global float4* normal, __global uint* face) {
+    const HsView view, HS_ARGS_TRIANGLE_TILES, HS_ARGS_TRIANGLES, __global const float4* face_normals, const float unit,
+    __global float* depth, __global float4* normal, __global uint* face) {
   const int2 tile_px = tile_origin_px(view);
   float nearest_d[HS_TILE_STORAGE];
   int nearest_face[HS_TILE_STORAGE];
@@ -56,7 +57,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     const size_t first = (size_t)(tile_px.y + y) * view.width_px + tile_px.x + x;
     const int valid = min(HS_LANES, x_end - x);
     const vint seen = v_load(nearest_face + HS_SLOT(x, y));
-    stream_lanes(v_select((vfloat)(0.0f), 1.0f / v_load(nearest_d + HS_SLOT(x, y)), seen >= 0), depth, first, valid);
+    stream_lanes(v_select((vfloat)(0.0f), unit / v_load(nearest_d + HS_SLOT(x, y)), seen >= 0), depth, first, valid);
     int last = v_first(seen);
     float4 n = last < 0 ? (float4)(0.0f) : face_normals[last];
     if (valid == HS_LANES && v_all(seen == last)) {

@@ -7,7 +7,7 @@
   __global const float4 *base_color, __global const uint *faces, __global const uint *face_meshes, \
       __global const float4 *materials
 
-// Pixels as lights see them: position relative to the camera in world axes, and normal.
+// Pixels as lights see them: position relative to the camera in world axes and the camera's unit, and normal.
 typedef struct {
   vint seen;  // there is something
   vfloat x, y, z, nx, ny, nz;
@@ -28,9 +28,10 @@ HS_INLINE void load_point(const HsReceiverView camera, HS_ARGS_GBUFFER, int px, 
     vfloat w;
     load_lanes4((__global const float4*)depth_or_position, first, valid, &p->x, &p->y, &p->z, &w);
     p->seen = w > 0.0f;
-    p->x += camera.origin.x;
-    p->y += camera.origin.y;
-    p->z += camera.origin.z;
+    const float per_unit = 1.0f / camera.unit;
+    p->x = p->x * per_unit + camera.origin.x;
+    p->y = p->y * per_unit + camera.origin.y;
+    p->z = p->z * per_unit + camera.origin.z;
   }
   load_lanes4(normal, first, valid, &p->nx, &p->ny, &p->nz, &unused);
 }

@@ -12,8 +12,11 @@ __kernel void transform(const HsView view, __global const HsBlock* blocks, __glo
     const uint vertex = block.first + get_local_id(0);
     const HsTransform transform = transforms[block.mesh];
     const float4 p = (float4)(vload3(vertex, positions), 1.0f);
+    // What may lie in the view's own plane, as far as can be told, lies there: what is flush with a light does not hide it.
+    const float4 terms = fabs(transform.row_z * p);
+    const float z = dot(transform.row_z, p), rounding = (terms.x + terms.y + terms.z + terms.w) * 0x1p-21f;
     const float3 p_vs =
-        (float3)(dot(transform.row_x, p), dot(transform.row_y, p), dot(transform.row_z, p)) / dot(transform.row_w, p);
+        (float3)(dot(transform.row_x, p), dot(transform.row_y, p), fabs(z) < rounding ? 0.0f : z) / dot(transform.row_w, p);
     uint flags = 0;
     int2 fixed_px = (int2)(0);
     float d = 0.0f;

@@ -12,15 +12,16 @@ HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 
-// How far before its silhouette the lit side of a caster may lie: nothing known, so four times as far as the penumbra is wide
-// there, which holds for a sphere no larger than that, and for gently sloping surfaces.
+// How far before its silhouette the lit side of a caster may lie: nothing known, so several times as far as the penumbra is wide
+// there, which holds for a sphere no larger than that, and for gently sloping surfaces. By trial.
+#define HS_CASTER_DEPTH 7.0f
 HS_INLINE float caster_depth(const HsView view, const HsFinShape shape, float d) {
-  return 4.0f * reach_px(shape, d, view.d_far) / (view.px_from_q.x * d);
+  return HS_CASTER_DEPTH * reach_px(shape, d, view.d_far) / (view.px_from_q.x * d);
 }
 
 // The same of several silhouettes, times d; of fins whose width follows from the radius.
 HS_INLINE vfloat caster_depth_times(const HsView view, const HsFinShape shape, vfloat d) {
-  return 4.0f * shape.radius_px / view.px_from_q.x * (d - view.d_far);
+  return HS_CASTER_DEPTH * shape.radius_px / view.px_from_q.x * (d - view.d_far);
 }
 
 // Where the light is a sphere, a receiver sees the disc that faces it, so that distances in the penumbra are angles, not lengths

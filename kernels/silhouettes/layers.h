@@ -7,7 +7,7 @@
 
 HS_INLINE uint sublayer_at(const HsView view, float z) {
   const float zfar = 1.0f / view.d_far;
-  return (uint)clamp((z - view.znear) / (zfar - view.znear) * HS_SUBLAYERS, 0.0f, HS_SUBLAYERS - 1.0f);
+  return min((uint)clamp((z - view.znear) / (zfar - view.znear) * HS_SUBLAYERS, 0.0f, HS_SUBLAYERS - 1.0f), HS_SUBLAYERS - 1u);
 }
 
 HS_INLINE uint layer_at(const HsView view, __global const uint* sublayer_layers, float z) {

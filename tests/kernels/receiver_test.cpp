@@ -58,6 +58,7 @@ class Visibility : public ShapedKernelTest {
     view.from_world_z = rows.row_z;
     view.from_world_w = rows.row_w;
     view.axis_ws = {{0, 0, 1, 1}};
+    view.unit = 1.0f;
     view.width_px = static_cast<cl_uint>(pixels.size());
     view.height_px = 1;
     view.has_depth = 0;

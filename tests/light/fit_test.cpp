@@ -75,7 +75,7 @@ TEST(LightView, TheMapCoversTheCastersAndTheirPenumbrae) {
     EXPECT_LE(p_ls.z, fitted.zfar);
     const double x = (p_ls.x / p_ls.z - fitted.lm_from_px_origin.x) / fitted.lm_from_px_scale;
     const double y = (fitted.lm_from_px_origin.y - p_ls.y / p_ls.z) / fitted.lm_from_px_scale;
-    const double penumbra = scene.lights[0].radius * (1 / p_ls.z - 1 / fitted.zfar) / fitted.lm_from_px_scale;
+    const double penumbra = fitted.radius * (1 / p_ls.z - 1 / fitted.zfar) / fitted.lm_from_px_scale;
     EXPECT_GE(x - penumbra, 0);
     EXPECT_GE(y - penumbra, 0);
     EXPECT_LE(x + penumbra, fitted.view.width_px);

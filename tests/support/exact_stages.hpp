@@ -125,19 +125,24 @@ inline Mesh mesh_of(const twins::Triangles& triangles) {
   return mesh;
 }
 
-/// The faces' planes, and their sides of the disc.
+/// The faces' planes, their sides of the disc, and which touch it.
 inline kernels::args::DiscFaces orient_to_disc(const KernelRunner& runner, const twins::Triangles& mesh, double radius) {
   const auto count = static_cast<std::uint32_t>(mesh.corners.size());
   const Blocks blocks = blocks_of(runner, count);
   const Buffer<cl_float4> planes = runner.filled(count, cl_float4{{9, 9, 9, 9}});
   const Buffer<cl_uchar> sides = runner.filled(count, cl_uchar{9});
+  const Buffer<cl_uint> touching = runner.filled(count + 1, cl_uint{0});
+  HsDisc disc{};
+  disc.radius = static_cast<cl_float>(radius);
   runner.launcher.launch_blocks(blocks, kernels::OrientFacesToDisc{.blocks = blocks.blocks,
                                                                    .triangles = runner.buffer<cl_uint>(mesh.corners),
                                                                    .vertices_ls = runner.buffer<cl_float4>(vertices_of(mesh)),
+                                                                   .disc = disc,
                                                                    .radius = static_cast<cl_float>(radius),
                                                                    .planes = planes,
-                                                                   .disc_sides = sides});
-  return {.planes = planes, .disc_sides = sides};
+                                                                   .disc_sides = sides,
+                                                                   .touching = touching});
+  return {.planes = planes, .disc_sides = sides, .touching = touching};
 }
 
 /// Triangles with all numbers as kernels hold them.

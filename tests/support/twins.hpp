@@ -118,27 +118,16 @@ inline std::map<std::pair<unsigned, unsigned>, Edge> potential_silhouettes(const
   return all;
 }
 
-/// Where a face passes through the light's plane within the disc, its part before that plane ends at an edge of its own, along
-/// which it runs.
-inline std::vector<Edge> light_plane_cuts(const Triangles& mesh, double radius) {
-  std::vector<Edge> cuts;
-  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
-    // The loop around what is left of the face: where it leaves z >= 0 the cut begins, where it comes back the cut ends.
-    Edge cut;
-    int found = 0;
-    for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 from = mesh.corner(t, i), to = mesh.corner(t, (i + 1) % 3);
-      if ((from.z < 0.0) == (to.z < 0.0)) continue;
-      (from.z < 0.0 ? cut.b : cut.a) = from + (to - from) * (from.z / (from.z - to.z));
-      ++found;
-    }
-    if (found != 2 || distance_to_segment({0, 0}, glm::dvec2(cut.a), glm::dvec2(cut.b)) > radius) continue;
-    const Plane plane = mesh.plane(t);
-    cut.m = receivers_side(plane, radius);
-    if (cut.m == 0) cut.faces.push_back({1, plane});
-    cuts.push_back(cut);
+/// Whether face t touches a disc of `radius`: what of it lies before the light's plane begins at a cut that comes within.
+inline bool touches_disc(const Triangles& mesh, std::size_t t, double radius) {
+  glm::dvec2 cuts[2];
+  int found = 0;
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 from = mesh.corner(t, i), to = mesh.corner(t, (i + 1) % 3);
+    if ((from.z > 0.0) == (to.z > 0.0)) continue;
+    cuts[found++] = glm::dvec2(from + (to - from) * (from.z / (from.z - to.z)));
   }
-  return cuts;
+  return found == 2 && distance_to_segment({0, 0}, cuts[0], cuts[1]) <= radius;
 }
 
 // -------------------------------------------------------------------------------------------------- as a receiver sees it

@@ -94,6 +94,7 @@ class ViewPasses {
                                                                    .triangle_tiles = tiles(),
                                                                    .triangles = triangles(),
                                                                    .face_normals = normals,
+                                                                   .unit = 1.0f,
                                                                    .depth = depth,
                                                                    .normal = normal,
                                                                    .face = face});

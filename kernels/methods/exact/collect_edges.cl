@@ -2,31 +2,78 @@
 
 #include "base/faces.h"
 #include "methods/exact/edge_block.h"
+#include "methods/exact/touching_faces.h"
+
+// The nearest that a segment comes to the light's centre, squared.
+HS_INLINE float segment_distance2(float3 a, float3 b) {
+  const float3 e = b - a;
+  const float t = clamp(-dot(a, e) / max(dot(e, e), FLT_MIN), 0.0f, 1.0f);
+  const float3 nearest = a + e * t;
+  return dot(nearest, nearest);
+}
+
+// Whether a face touches a flat light of a radius: what lies before the light's plane, z > 0, begins at a cut within the disc.
+HS_INLINE bool touches_disc(const float3* corners, float radius2) {
+  float3 cuts[2];
+  int count = 0;
+  for (int i = 0; i < 3; ++i) {
+    const float3 a = corners[i], b = corners[i < 2 ? i + 1 : 0];
+    if ((a.z > 0.0f) == (b.z > 0.0f) || count == 2) continue;
+    cuts[count++] = (float3)(a.xy + (b.xy - a.xy) * (a.z / (a.z - b.z)), 0.0f);
+  }
+  return count == 2 && segment_distance2(cuts[0], cuts[1]) <= radius2;
+}
+
+// Whether a face touches a sphere light: comes as near to its centre as its radius. n: the face's unit normal, w = n . p on it.
+HS_INLINE bool touches_ball(const float3* corners, float3 n, float w, float radius2) {
+  if (w * w > radius2) return false;
+  float nearest2 = INFINITY;
+  int inside = 0;
+  for (int i = 0; i < 3; ++i) {
+    const float3 a = corners[i], b = corners[i < 2 ? i + 1 : 0];
+    nearest2 = min(nearest2, segment_distance2(a, b));
+    inside += dot(cross(b - a, n * w - a), n) > 0.0f ? 1 : -1;
+  }
+  return nearest2 <= radius2 || inside == 3 || inside == -3;
+}
 
 // planes: float4 a triangle: n and n . a in light space, unit where it has an area.
 // disc_sides: uchar a triangle: on which side of it (1: n . p >= n . a) a receiver lies if the segment from it to a point of the
-// disc crosses the face's plane; 2 where that depends on the point: the plane cuts the disc, |n . a| <= R |(n.x, n.y)|.
+// light crosses the face's plane; 2 where that depends on the point: the plane cuts the disc, |n . a| <= R |(n.x, n.y)|, or the
+// ball; HS_TOUCHES where the face itself does.
+// touching: how many do, then which. Its first element must be 0. radius: on the light's plane, of all receivers' discs.
 __kernel void orient_faces_to_disc(__global const HsBlock* blocks, __global const uint* triangles,
-                                   __global const float4* vertices_ls, const float radius, __global float4* planes,
-                                   __global uchar* disc_sides) {
+                                   __global const float4* vertices_ls, const HsDisc disc, const float radius,
+                                   __global float4* planes, __global uchar* disc_sides, __global uint* touching) {
   const HsBlock block = blocks[get_group_id(0)];
   if (get_local_id(0) < block.count) {
     const uint triangle = block.first + get_local_id(0);
     const uint3 corner = vload3(triangle, triangles);
+    const float3 corners[3] = {vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz};
     float3 anchor;
-    const float3 n =
-        unit_normal(face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor));
+    const float3 n = unit_normal(face_normal(corners[0], corners[1], corners[2], &anchor));
     const float w = dot(n, anchor);
     // Rounding: of the normal and the product. Undecided is always right, only slower.
     const float slack = 4e-6f * (fabs(anchor.x) + fabs(anchor.y) + fabs(anchor.z) + radius);
-    const bool decided = fabs(w) > radius * sqrt(n.x * n.x + n.y * n.y) + slack;
+    const float reach = (disc.sphere ? disc.radius : radius * sqrt(n.x * n.x + n.y * n.y)) + slack;
+    uchar side = fabs(w) > reach ? (w > 0.0f ? 1 : 0) : 2;  // the disc is on the other side, that of the origin
+    if (side == 2) {
+      const float near = disc.radius * 1.001f + slack;
+      if (disc.sphere ? touches_ball(corners, n, w, near * near) : touches_disc(corners, near * near)) {
+        side = HS_TOUCHES;
+        touching[1 + atomic_inc(&touching[0])] = triangle;
+      }
+    }
     planes[triangle] = (float4)(n, w);
-    disc_sides[triangle] = decided ? (w > 0.0f ? 1 : 0) : 2;  // the disc is on the other side, that of the origin
+    disc_sides[triangle] = side;
   }
 }
 
-// The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks.
-HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
+// The part of an edge before the light's plane; false if there is none. The cut is the same whichever face asks. What comes near
+// a sphere light is left as it is: each receiver cuts it where its own disc lies.
+HS_INLINE bool clip_to_light_plane(const HsDisc disc, float3* a, float3* b) {
+  const float near = 2.0f * disc.radius;
+  if (disc.sphere && max(a->z, b->z) > -near && segment_distance2(*a, *b) < near * near) return true;
   if (!(max(a->z, b->z) > 0.0f)) return false;
   const float3 from = *a, to = *b;
   const float t = from.z / (from.z - to.z);
@@ -36,11 +83,12 @@ HS_INLINE bool clip_to_light_plane(float3* a, float3* b) {
   return true;
 }
 
-// edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Decided faces are
-// summed in `m`; an edge with more than two undecided ones (non-manifold) has several records, whose sums add up. A work-group
-// appends all of its records at once: devices' cores would wait for each other at every one.
+// edges: the potential silhouettes: those with m_p(e) != 0 for some receiver that sees them before the disc. Faces that touch the
+// light are left out: see touching_faces.h. Decided ones are summed in `m`; an edge with more than two undecided ones
+// (non-manifold) has several records, whose sums add up. A work-group appends all of its records at once: devices' cores would
+// wait for each other at every one.
 __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2* edge_ends,
-                            __global const uint* edge_face_offsets, __global const uint* edge_faces,
+                            __global const uint* edge_face_offsets, __global const uint* edge_faces, const HsDisc disc,
                             __global const uchar* disc_sides, __global const float4* planes, __global const float4* vertices_ls,
                             __global EdgeBlock* edges, __global HsStatus* status) {
   __local uint group_edges, group_records, group_first;
@@ -58,13 +106,13 @@ __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2
       const int o = (face & 1) ? -1 : 1;
       if (side == 2)
         ++undecided;
-      else
+      else if (side != HS_TOUCHES)
         m += side ? o : -o;
     }
     const uint2 ends = edge_ends[edge];
     a = vertices_ls[ends.x].xyz;
     b = vertices_ls[ends.y].xyz;
-    if ((m != 0 || undecided > 0) && clip_to_light_plane(&a, &b)) {
+    if ((m != 0 || undecided > 0) && clip_to_light_plane(disc, &a, &b)) {
       records = max((undecided + 1) / 2, 1);
       first = atomic_add(&group_records, records);
       atomic_inc(&group_edges);
@@ -94,44 +142,5 @@ __kernel void collect_edges(__global const HsBlock* blocks, __global const uint2
       }
     }
     if (m != 0 || pending != 0) store_edge(edges, first, a, b, m, pending, pending_plane, 0, (float4)(0.0f));
-  }
-}
-
-// Where a face passes through the light's own plane, what lies before it ends at a cut: an edge of its own.
-__kernel void collect_cuts(__global const HsBlock* blocks, __global const uint* triangles, __global const uchar* disc_sides,
-                           __global const float4* planes, __global const float4* vertices_ls, const float radius,
-                           __global EdgeBlock* edges, __global HsStatus* status) {
-  const HsBlock block = blocks[get_group_id(0)];
-  if (get_local_id(0) < block.count) {
-    const uint triangle = block.first + get_local_id(0);
-    const uint3 corner = vload3(triangle, triangles);
-    const uint index[3] = {corner.x, corner.y, corner.z};
-    float3 leaving = (float3)(0.0f), entering = (float3)(0.0f);
-    int cuts = 0;
-    for (int i = 0; i < 3; ++i) {
-      const uint from = index[i], to = index[i < 2 ? i + 1 : 0];
-      float3 low = vertices_ls[min(from, to)].xyz, high = vertices_ls[max(from, to)].xyz;
-      if ((low.z < 0.0f) == (high.z < 0.0f)) continue;
-      const bool low_behind = low.z < 0.0f;
-      clip_to_light_plane(&low, &high);
-      const float3 cut = low_behind ? low : high;
-      if (low_behind == (from < to))
-        entering = cut;  // the loop comes from behind the plane
-      else
-        leaving = cut;
-      ++cuts;
-    }
-    if (cuts == 2) {
-      const float2 along = entering.xy - leaving.xy;
-      const float t = clamp(-dot(leaving.xy, along) / max(dot(along, along), 1e-30f), 0.0f, 1.0f);
-      const float2 nearest = leaving.xy + along * t;
-      const uint side = disc_sides[triangle];
-      if (dot(nearest, nearest) <= radius * radius * 1.01f)
-        store_edge(edges, atomic_inc(&status->feature_count), leaving, entering,
-                   side == 2 ? 0
-                   : side    ? 1
-                             : -1,
-                   side == 2 ? 1 : 0, planes[triangle], 0, (float4)(0.0f));
-    }
   }
 }

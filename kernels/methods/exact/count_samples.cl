@@ -33,8 +33,9 @@ void count_centres(const Casters* casters, const Batch* batch, const Region* bat
                    const Walk* walks, const int* brighter, FacesBefore* faces, int* centre) {
   int asking[HS_GROUP], crossings[HS_GROUP];
   int asking_count = 0;
+  const bool touched = casters->faces.touching[0] > 0;  // by faces that the map has, but the count has not
   for (int i = 0; i < count; ++i) {
-    const int lit = walks[i].near ? 2 : lit_by_map(casters->view, casters->shadow_map, batch, first + i);
+    const int lit = walks[i].near || touched ? 2 : lit_by_map(casters->view, casters->shadow_map, batch, first + i);
     centre[i] = lit == 1 ? 0 : 1;
     if (lit == 2 || (lit == 0 && brighter[i])) asking[asking_count++] = i;
   }
@@ -80,14 +81,29 @@ HS_INLINE v_short* counts_of(Workspace* w, int i) {
   return w->counts + i * (HS_MAX_SAMPLES / HS_LANES);
 }
 
+// What the samples of receiver k are turned by.
+HS_INLINE float2 turn_of_samples(const Casters* casters, const Workspace* w, int k) {
+  return casters->disc.rotated ? rotation_of(w->batch.pixel[k]) : (float2)(1.0f, 0.0f);
+}
+
 // Adds the crossings of a list's edges to the counts of receiver first + i.
 void walk_edges(const Casters* casters, Workspace* w, int list_first, int list_count, int first, int i) {
   const int k = first + i;
   const int passing_count = project_edges(&w->pool, list_first, list_count, casters->disc, w->batch.x[k], w->batch.y[k],
                                           w->batch.z[k], &w->passing, &w->walks[i]);
-  if (passing_count > 0) {
-    const float2 rotation = casters->disc.rotated ? rotation_of(w->batch.pixel[k]) : (float2)(1.0f, 0.0f);
-    count_crossings(&w->passing, passing_count, casters->disc, rotation, &casters->set, counts_of(w, i), &w->walks[i]);
+  if (passing_count > 0)
+    count_crossings(&w->passing, passing_count, casters->disc, turn_of_samples(casters, w, k), &casters->set, counts_of(w, i),
+                    &w->walks[i]);
+}
+
+// Adds to the counts of receivers first .. first + count, whose edges have been walked, the faces that touch the light.
+void add_touching_faces(const Casters* casters, Workspace* w, int first, int count) {
+  if (casters->faces.touching[0] == 0) return;
+  for (int i = 0; i < count; ++i) {
+    const int k = first + i;
+    touch_counts(&w->walks[i], (int)casters->disc.sample_count, counts_of(w, i));
+    count_touching_faces(&casters->faces, casters->disc, &casters->set, turn_of_samples(casters, w, k),
+                         (float3)(w->batch.x[k], w->batch.y[k], w->batch.z[k]), counts_of(w, i));
   }
 }
 
@@ -117,6 +133,7 @@ void store_counts(const Casters* casters, const Outputs* outputs, uint pixel, co
 
 // Outputs receivers first .. first + count whose edges have been walked.
 void store_walked(const Casters* casters, Workspace* w, int first, int count, uint tile, const Outputs* outputs) {
+  add_touching_faces(casters, w, first, count);
   for (int i = 0; i < count; ++i)
     w->brighter[i] = w->walks[i].touched && finds_brighter(counts_of(w, i), (int)casters->disc.sample_count);
   count_centres(casters, &w->batch, &w->batch_region, first, count, tile, w->walks, w->brighter, &w->faces_before, w->centre);
@@ -266,7 +283,7 @@ void count_batch(const Casters* casters, Workspace* w, int batch_count, uint til
       bool propagates = false;
 #if HS_LANES == 16
       propagates = casters->disc.radius > 0.0f && !casters->disc.sphere && !casters->disc.rotated && count >= HS_MIN_GROUP &&
-                   list_count > 0;
+                   list_count > 0 && casters->faces.touching[0] == 0;
       if (propagates && pairs_per_edge * (float)list_count <= (float)max_pairs(count, list_count)) {
         if (propagate_in_group(casters, w, &region, list_first, list_count, first, count, tile, outputs)) continue;
         pairs_per_edge = w->sweep.pairs_per_edge;
@@ -317,7 +334,7 @@ __kernel void count_samples(const HsView light, const HsReceiverView view, const
                            {samples, below, weights, cell_xy, cells, window_xy, windows},
                            shadow_map,
                            {triangle_blocks, triangle_slot_count, triangle_rects, triangle_offsets, triangle_refs,
-                            triangle_capacity, triangles, vertices_vs, vertices_px, planes, disc_sides}};
+                            triangle_capacity, triangles, vertices_vs, vertices_px, planes, disc_sides, touching}};
   const Outputs outputs = {visibility + plane * pixels, tints + tint_plane * pixels, status};
   Workspace w;
 #if HS_LANES == 16

@@ -19,10 +19,11 @@
 #pragma once
 
 #include "methods/exact/edge_lists.h"
+#include "methods/exact/touching_faces.h"
 #include "raster/clip.h"
 
-// Planes of the triangles, and their sides of the disc: see orient_faces_to_disc.
-#define HS_ARGS_DISC_FACES __global const float4 *planes, __global const uchar *disc_sides
+// Planes of the triangles, their sides of the disc, and those that touch the light: see orient_faces_to_disc.
+#define HS_ARGS_DISC_FACES __global const float4 *planes, __global const uchar *disc_sides, __global const uint *touching
 
 // The light's sample points as host/light/samples.hpp's SampleTable has them.
 #define HS_ARGS_SAMPLES                                                                                                      \
@@ -42,6 +43,10 @@ typedef short v_short;
 #define v_int_of_short (int)
 #define short_lane_count(mask) ((mask) != 0)
 #endif
+
+HS_INLINE float3 cross3(float3 a, float3 b) {
+  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
 
 // A point's place in the light map relative to p's, times both depths.
 HS_INLINE vfloat map_x(vfloat a, vfloat az, vfloat p, vfloat pz) {
@@ -119,6 +124,12 @@ typedef struct {
   bool near;     // a silhouette passes so near that the shadow map cannot be asked about the centre
 } Walk;
 
+HS_INLINE void touch_counts(Walk* walk, int n, v_short* counts) {
+  if (walk->touched) return;
+  walk->touched = true;
+  for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)((short)0);
+}
+
 // The axes of a sphere light's disc that faces a receiver: light space turned about its origin, as little as brings z to where p
 // is.
 typedef struct {
@@ -131,6 +142,28 @@ HS_INLINE Facing facing_of(float px, float py, float pz) {
   const Facing f = {(float3)(1.0f - z.x * z.x * k, -z.x * z.y * k, -z.x), (float3)(-z.x * z.y * k, 1.0f - z.y * z.y * k, -z.y),
                     z};
   return f;
+}
+
+// An edge projected onto the plane of the disc that faces a receiver, from p_z before its centre. What lies behind that plane is
+// cut off: edges near a sphere light have not been cut before.
+HS_INLINE ProjectedEdge project_to_facing_disc(const Facing* facing, float p_z, vfloat ax_ls, vfloat ay_ls, vfloat az_ls,
+                                               vfloat bx_ls, vfloat by_ls, vfloat bz_ls) {
+  vfloat ax = along_axis(facing->x, ax_ls, ay_ls, az_ls), ay = along_axis(facing->y, ax_ls, ay_ls, az_ls),
+         az = along_axis(facing->z, ax_ls, ay_ls, az_ls);
+  vfloat bx = along_axis(facing->x, bx_ls, by_ls, bz_ls), by = along_axis(facing->y, bx_ls, by_ls, bz_ls),
+         bz = along_axis(facing->z, bx_ls, by_ls, bz_ls);
+  const vint a_behind = az < 0.0f, b_behind = bz < 0.0f;
+  if (v_any(a_behind | b_behind)) {
+    const vfloat t = az / v_select(az - bz, (vfloat)(1.0f), az == bz);
+    const vfloat cut_x = ax + (bx - ax) * t, cut_y = ay + (by - ay) * t;
+    ax = v_select(ax, cut_x, a_behind);
+    ay = v_select(ay, cut_y, a_behind);
+    bx = v_select(bx, cut_x, b_behind);
+    by = v_select(by, cut_y, b_behind);
+  }
+  ProjectedEdge e = project_edge(ax, ay, max(az, 0.0f), bx, by, max(bz, 0.0f), (vfloat)(0.0f), (vfloat)(0.0f), (vfloat)(p_z));
+  e.seen &= v_not(a_behind & b_behind);
+  return e;
 }
 
 // Edges that pass before a receiver's disc, projected onto the light's plane. (Longer than need be: see EdgePool.)
@@ -175,13 +208,8 @@ HS_INLINE int project_edges(const EdgePool* list, int first, int count, const Hs
     if (!v_any(m != 0)) continue;
     const vfloat ax_ls = v_load(list->ax + i), ay_ls = v_load(list->ay + i), az_ls = v_load(list->az + i);
     const vfloat bx_ls = v_load(list->bx + i), by_ls = v_load(list->by + i), bz_ls = v_load(list->bz + i);
-    ProjectedEdge e;
-    if (disc.sphere)
-      e = project_edge(along_axis(facing.x, ax_ls, ay_ls, az_ls), along_axis(facing.y, ax_ls, ay_ls, az_ls),
-                       along_axis(facing.z, ax_ls, ay_ls, az_ls), along_axis(facing.x, bx_ls, by_ls, bz_ls),
-                       along_axis(facing.y, bx_ls, by_ls, bz_ls), along_axis(facing.z, bx_ls, by_ls, bz_ls), 0.0f, 0.0f, p_z);
-    else
-      e = project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
+    const ProjectedEdge e = disc.sphere ? project_to_facing_disc(&facing, p_z, ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls)
+                                        : project_edge(ax_ls, ay_ls, az_ls, bx_ls, by_ls, bz_ls, px, py, pz);
     const vint live = (m != 0) & e.seen;
 
     vfloat c;
@@ -280,9 +308,10 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
     // those up to `end`. In their order they are all between `first` and `last`, which are a whole turn more there.
     const vfloat begin = v_select(turn_b, turn_a, centre_left), end = v_select(turn_a, turn_b, centre_left);
     const vint whole_turn = end < begin;
-    const vint first = gather_ushorts(set->below, v_int(begin * disc.table_per_turn));
-    const vint last =
-        gather_ushorts(set->below, v_int(end * disc.table_per_turn) + 1) + v_select((vint)(0), (vint)(n), whole_turn);
+    const vint most_turn = (vint)((int)(4.0f * disc.table_per_turn) + 1);
+    const vint first = gather_ushorts(set->below, clamp(v_int(begin * disc.table_per_turn), (vint)(0), most_turn));
+    const vint last = gather_ushorts(set->below, clamp(v_int(end * disc.table_per_turn) + 1, (vint)(0), most_turn)) +
+                      v_select((vint)(0), (vint)(n), whole_turn);
     const vint m = v_load(passing->m + i);
     const vint hides = (m != 0) & (first < last);
     if (!v_any(hides)) continue;
@@ -293,10 +322,7 @@ HS_INLINE void count_crossings(const Passing* passing, int passing_count, const 
     v_store(ex * (direction * disc.radius), wedges.ex + to);
     v_store(ey * (direction * disc.radius), wedges.ey + to);
     v_store(v_select(m, -m, centre_left), wedges.crossings + to);
-    if (!walk->touched) {
-      walk->touched = true;
-      for (int k = 0; k < n / HS_LANES; ++k) counts[k] = (v_short)(0);
-    }
+    touch_counts(walk, n, counts);
     vint at = first & -HS_LANES;
     for (uint bits = lane_bits(hides); bits != 0; bits = lane_bits(hides & (at < last))) {
       if (reached_count > HS_REACHED - HS_LANES) cross_wedges(set, n, &wedges, &reached_count, counts);
@@ -352,6 +378,7 @@ typedef struct {
   __global const int4* vertices_px;
   __global const float4* planes;
   __global const uchar* disc_sides;
+  __global const uint* touching;
 } CasterFaces;
 
 // Triangles of a tile that stand before a batch, by their bounds in the map, fixed point. (Longer than need be: see EdgePool.)
@@ -401,31 +428,38 @@ void load_faces_before(const HsView view, const CasterFaces* casters, const Regi
   faces->to = from;
 }
 
+// Sorts a triangle's corners by their numbers, for every edge is decided in its stored direction. Returns -1 where that turns the
+// triangle over, else 1.
+HS_INLINE int sort_by_number(uint3* corner) {
+  int odd = 1;
+  uint swap;
+  if (corner->y < corner->x) {
+    swap = corner->x;
+    corner->x = corner->y;
+    corner->y = swap;
+    odd = -odd;
+  }
+  if (corner->z < corner->y) {
+    swap = corner->y;
+    corner->y = corner->z;
+    corner->z = swap;
+    odd = -odd;
+  }
+  if (corner->y < corner->x) {
+    swap = corner->x;
+    corner->x = corner->y;
+    corner->y = swap;
+    odd = -odd;
+  }
+  return odd;
+}
+
 // Adds to the crossings of the segments from receivers to the light's centre those of one triangle.
 HS_INLINE void count_triangle(const CasterFaces* casters, uint triangle, const float* xs, const float* ys, const float* zs,
                               int count, int* crossings) {
+  if (casters->disc_sides[triangle] == HS_TOUCHES) return;
   uint3 corner = vload3(triangle, casters->triangles);
-  // Corners in the order of their numbers, for every edge is decided in its stored direction.
-  int odd = 1;
-  uint swap;
-  if (corner.y < corner.x) {
-    swap = corner.x;
-    corner.x = corner.y;
-    corner.y = swap;
-    odd = -odd;
-  }
-  if (corner.z < corner.y) {
-    swap = corner.y;
-    corner.y = corner.z;
-    corner.z = swap;
-    odd = -odd;
-  }
-  if (corner.y < corner.x) {
-    swap = corner.x;
-    corner.x = corner.y;
-    corner.y = swap;
-    odd = -odd;
-  }
+  const int odd = sort_by_number(&corner);
   const float3 a = casters->vertices_ls[corner.x].xyz, b = casters->vertices_ls[corner.y].xyz,
                c = casters->vertices_ls[corner.z].xyz;
   const float4 f = casters->planes[triangle];
@@ -477,6 +511,39 @@ HS_INLINE void count_triangles(const HsView view, const CasterFaces* casters, co
                         (v_load(faces->high_v + k) >= low.y);
       for (uint bits = lane_bits(near); bits != 0; bits &= bits - 1)
         count_triangle(casters, faces->triangle[k + first_lane(bits)], xs, ys, zs, asking_count, crossings);
+    }
+  }
+}
+
+// Adds to the counts of a receiver those faces that touch the light, sample by sample. rotation: as rotation_of has it.
+HS_INLINE void count_touching_faces(const CasterFaces* casters, const HsDisc disc, const SampleSet* set, float2 rotation,
+                                    float3 p, v_short* counts) {
+  const int n = (int)disc.sample_count;
+  const Facing facing = facing_of(p.x, p.y, p.z);
+  for (uint i = 1; i <= casters->touching[0]; ++i) {
+    const uint triangle = casters->touching[i];
+    uint3 corner = vload3(triangle, casters->triangles);
+    sort_by_number(&corner);
+    const float3 normal = casters->planes[triangle].xyz;
+    const float3 a = casters->vertices_ls[corner.x].xyz, b = casters->vertices_ls[corner.y].xyz,
+                 c = casters->vertices_ls[corner.z].xyz;
+    const float3 ab = cross3(a - p, b - p), bc = cross3(b - p, c - p), ac = cross3(a - p, c - p);
+    const vint front = (vfloat)(dot(normal, p - a)) >= 0.0f;
+    for (int k = 0; k < n; k += HS_LANES) {
+      const vfloat x = v_load(set->samples + k) * disc.radius, y = v_load(set->samples + n + k) * disc.radius;
+      const vfloat u = x * rotation.x + y * rotation.y, v = y * rotation.x - x * rotation.y;
+      vfloat sx = u, sy = v, sz = (vfloat)(0.0f);
+      if (disc.sphere) {
+        sx = facing.x.x * u + facing.y.x * v;
+        sy = facing.x.y * u + facing.y.y * v;
+        sz = facing.x.z * u + facing.y.z * v;
+      }
+      const vint through = front ^ (along_axis(normal, sx - a.x, sy - a.y, sz - a.z) >= 0.0f);
+      const vint left_ab = along_axis(ab, sx - p.x, sy - p.y, sz - p.z) > 0.0f,
+                 left_bc = along_axis(bc, sx - p.x, sy - p.y, sz - p.z) > 0.0f,
+                 left_ac = along_axis(ac, sx - p.x, sy - p.y, sz - p.z) > 0.0f;
+      const vint inside = v_not(left_ab ^ left_bc) & (left_ab ^ left_ac);
+      counts[k / HS_LANES] -= v_short_of(through & inside);
     }
   }
 }

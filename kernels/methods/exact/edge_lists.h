@@ -64,29 +64,27 @@ HS_INLINE void load_batch(const HsView light, const HsReceiverView view, __globa
       vint row = v_int(v_float(pixel) / (float)view.width_px);  // or one off
       row += v_select(v_select((vint)(0), (vint)(1), pixel - row * width >= width), (vint)(-1), pixel < row * width);
       light_space_of_depth(view, v_float(pixel - row * width), v_float(row), z_vs, &x, &y, &z, &w);
-      error = max(z_vs * (2.0f * view.error_per_distance + 0x1p-21f) + 2.0f * view.error,
-                  view.unit * max(max(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
+      error = max(z_vs * (2.0f * view.error_per_distance + 0x1p-21f / view.unit) + 2.0f * view.error,
+                  max(max(fabs(x), fabs(y)), fabs(view.axis_ws.w != 0.0f ? z : w)) * 0x1p-22f);
     } else {
       vfloat x_ws, y_ws, z_ws, seen;
       v_gather4((__global const float4*)depth_or_position, pixel, &x_ws, &y_ws, &z_ws, &seen);
       light_space_of_position(view, x_ws, y_ws, z_ws, &x, &y, &z, &w);
-      error = (fabs(x_ws) + fabs(y_ws) + fabs(z_ws) +
-               view.unit * (fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
-                            fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w))) *
+      error = ((fabs(x_ws) + fabs(y_ws) + fabs(z_ws)) / view.unit + fabs(view.from_world_x.w) + fabs(view.from_world_y.w) +
+               fabs(view.axis_ws.w != 0.0f ? view.from_world_z.w : view.from_world_w.w)) *
                   1e-6f +
               2.0f * (distance_from_light(x, y, z) * view.error_per_distance + view.error);
     }
     vfloat nx, ny, nz, receives;
     v_gather4(normal, pixel, &nx, &ny, &nz, &receives);
-    vfloat slope_x = along_axis(view.from_world_x.xyz, nx, ny, nz), slope_y = along_axis(view.from_world_y.xyz, nx, ny, nz);
+    vfloat slope_x, slope_y, slope_z;
+    turn_to_light(view, nx, ny, nz, &slope_x, &slope_y, &slope_z);
     x += slope_x * error;
     y += slope_y * error;
-    z += along_axis(view.from_world_z.xyz, nx, ny, nz) * error;
-    w += along_axis(view.from_world_w.xyz, nx, ny, nz) * error;
+    z += along_axis(view.from_world_z.xyz, nx, ny, nz) * (view.unit * error);
+    w += along_axis(view.from_world_w.xyz, nx, ny, nz) * (view.unit * error);
     // As in locate.
-    const vfloat to_slope =
-        1.0f /
-        min(view.axis_ws.w * (slope_x * x + slope_y * y) + along_axis(view.axis_ws.xyz, nx, ny, nz) * z, (vfloat)(-1e-30f));
+    const vfloat to_slope = 1.0f / min(view.axis_ws.w * (slope_x * x + slope_y * y) + slope_z * z, (vfloat)(-1e-30f));
     const vfloat inverse_w = 1.0f / max(w, (vfloat)(1e-20f));
     x *= inverse_w;
     y *= inverse_w;

@@ -22,12 +22,12 @@ HS_INLINE int edges_in_block(uint block, uint edge_count) {
 typedef struct {
   vfloat ax, ay, bx, by;  // texels
   vfloat da, db;          // 1/z
-  vint everywhere;        // it comes too near to the light's plane to be projected
+  vint everywhere;        // it comes too near to the light's plane, or behind it, to be projected
 } MapEdges;
 
 HS_INLINE void project_to_map(const HsView view, vfloat ax, vfloat ay, vfloat az, vfloat bx, vfloat by, vfloat bz, MapEdges* e) {
 #pragma OPENCL FP_CONTRACT ON
-  e->everywhere = min(az, bz) < view.znear * 0.5f;
+  e->everywhere = min(az, bz) * view.d_far < 1e-6f;
   e->da = 1.0f / az;
   e->db = 1.0f / bz;
   e->ax = ax * e->da * view.px_from_q.x + view.px_from_q.y;

@@ -54,16 +54,16 @@ __kernel void receive_by_map(const HsView light, const HsReceiverView view, HS_A
   }
 }
 
-// Lists the receivers to be counted, tile by tile; `all`: every one.
+// Lists the receivers to be counted, tile by tile; `all`, or where faces touch the light (touching_faces.h): every one.
 // listed: pixel numbers; those of tile t begin at the offset that tile_cursors[t] had, and end where it ends up.
 __kernel void list_receivers(const HsReceiverView view, __global const uint* receiver_words, __global const uint* edge_offsets,
-                             const uint all, __global uint* tile_cursors, __global uint* listed) {
+                             const uint all, __global const uint* touching, __global uint* tile_cursors, __global uint* listed) {
   HS_FOR_PIXELS(px, py, valid, view.width_px, view.height_px) {
     const vint words = load_int_lanes((__global const int*)receiver_words, HS_PIXEL, valid);
     for (vint left = (words != 0) & (v_iota < valid); v_any(left);) {
       int tile;
       vint chosen = next_tile(words & (HS_WORD_UNCLEAR - 1), &left, &tile);
-      if (!all && edge_offsets[tile - 1] == edge_offsets[tile]) chosen &= (words & HS_WORD_UNCLEAR) != 0;
+      if (!all && touching[0] == 0 && edge_offsets[tile - 1] == edge_offsets[tile]) chosen &= (words & HS_WORD_UNCLEAR) != 0;
       uint bits = lane_bits(chosen);
       if (bits == 0) continue;
       for (uint slot = atomic_add(&tile_cursors[tile - 1], (uint)popcount(bits)); bits != 0; bits &= bits - 1)

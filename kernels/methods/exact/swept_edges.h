@@ -107,7 +107,7 @@ void load_swept(const Batch* batch, const Region* region, int first, int count, 
   for (int i = 0; i <= HS_DIRECTIONS; ++i) next[i] = 0;
   for (int i = 0; i < count; i += HS_LANES) {
     const vfloat place = turn_of(v_load(us + i) - us[0], v_load(vs + i) - vs[0]) * (HS_DIRECTIONS / 4.0f);
-    v_store(v_int(min(max(place, 0.0f), HS_DIRECTIONS - 1.0f)), places + i);
+    v_store(clamp(v_int(place), (vint)(0), (vint)(HS_DIRECTIONS - 1)), places + i);
   }
   for (int i = 1; i < count; ++i) ++next[places[i] + 1];
   next[0] = 1;
@@ -166,7 +166,7 @@ HS_INLINE vint multiplicity_at(const EdgeSides* sides, vfloat sx, vfloat sy) {
 
 // Where coordinates of the unit disc lie in a grid; limited while they are not integers yet, for which they may be too large.
 HS_INLINE vint place_along(vfloat x, int cells) {
-  return v_int(min(max((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1)));
+  return clamp(v_int(min(max((x + 1.0f) * (0.5f * (float)cells), 0.0f), (float)(cells - 1))), (vint)(0), (vint)(cells - 1));
 }
 
 // Adds a pair of an edge, which has multiplicity m, and each of the lanes `swept` of samples, whose numbers are in `samples`,
@@ -328,10 +328,6 @@ bool find_swept(const HsDisc disc, const SampleSet* set, const Region* region, c
   sweep->run_count = run_count;
   sweep->pair_count = pair_count;
   return true;
-}
-
-HS_INLINE float3 cross3(float3 a, float3 b) {
-  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
 // On which side of an edge receivers see a sample, as the walk decides it. `left`: the result where the walk leaves the edge out.

@@ -180,7 +180,7 @@ HS_INLINE void add_layer(const HsView light, const HsFinShape shape, const HsLay
     here.part = illuminance(light, layers, r, f, inner_w, inner, 0.0f, false, &here_d);
     // The same caster's outline, or that of one beneath it: see caster_depth.
     const vfloat apart = 1.0f / max(here_d, 1e-30f) - 1.0f / max(fabs(seen->at_d), 1e-30f);
-    const vfloat depth = 4.0f * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * max(here_d, 1e-30f));
+    const vfloat depth = HS_CASTER_DEPTH * shape.radius_px * (here_d - light.d_far) / (light.px_from_q.x * max(here_d, 1e-30f));
     const vint same = (seen->at_d != 0.0f) & (fabs(apart) <= depth);
     leave(layers.faithful, covered & v_not(same), &seen->at_hand, &seen->done);
     const vint taken = covered & v_not(same & (here.part < seen->at_hand.part));

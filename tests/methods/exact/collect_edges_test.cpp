@@ -64,7 +64,8 @@ TEST_P(CollectEdges, FacesKnowTheirSideOfTheDiscOrThatTheyCutIt) {
 }
 
 struct Collected {
-  std::vector<twins::Edge> edges, cuts;
+  std::vector<twins::Edge> edges;
+  std::vector<cl_uint> touching;  // faces that are left out
   HsStatus status;
 };
 
@@ -72,35 +73,30 @@ Collected collect(const KernelRunner& runner, const twins::Triangles& mesh) {
   const Topology topology = build_topology(mesh_of(mesh));
   const kernels::args::DiscFaces oriented = orient_to_disc(runner, mesh, radius);
   const Buffer<cl_float4> vertices = runner.buffer<cl_float4>(vertices_of(mesh));
-  const Blocks edges = blocks_of(runner, static_cast<std::uint32_t>(topology.edges.size())),
-               triangles = blocks_of(runner, static_cast<std::uint32_t>(mesh.corners.size()));
-  const std::size_t max_records = 3 * topology.edges.size() + mesh.corners.size();
+  const Blocks edges = blocks_of(runner, static_cast<std::uint32_t>(topology.edges.size()));
+  const std::size_t max_records = 3 * topology.edges.size();
   const Buffer<kernels::EdgeBlock> records = store_edges(runner, std::vector<twins::Edge>(max_records));
   const Buffer<HsStatus> status = runner.filled(1, HsStatus{});
+  HsDisc disc{};
+  disc.radius = static_cast<cl_float>(radius);
   runner.launcher.launch_blocks(edges,
                                 kernels::CollectEdges{.blocks = edges.blocks,
                                                       .edge_ends = runner.buffer<cl_uint2>(topology.edges),
                                                       .edge_face_offsets = runner.buffer<cl_uint>(topology.edge_face_offset),
                                                       .edge_faces = runner.buffer<cl_uint>(topology.edge_faces),
+                                                      .disc = disc,
                                                       .disc_sides = oriented.disc_sides,
                                                       .planes = oriented.planes,
                                                       .vertices_ls = vertices,
                                                       .edges = records,
                                                       .status = status});
-  const cl_uint edge_count = runner.read<HsStatus>(status, 1)[0].feature_count;
-  runner.launcher.launch_blocks(triangles, kernels::CollectCuts{.blocks = triangles.blocks,
-                                                                .triangles = runner.buffer<cl_uint>(mesh.corners),
-                                                                .disc_sides = oriented.disc_sides,
-                                                                .planes = oriented.planes,
-                                                                .vertices_ls = vertices,
-                                                                .radius = static_cast<cl_float>(radius),
-                                                                .edges = records,
-                                                                .status = status});
   Collected collected;
   collected.status = runner.read<HsStatus>(status, 1)[0];
   collected.edges = load_edges(runner, records, collected.status.feature_count);
-  collected.cuts.assign(collected.edges.begin() + edge_count, collected.edges.end());
-  collected.edges.resize(edge_count);
+  collected.touching = runner.read<cl_uint>(Buffer<cl_uint>(oriented.touching.argument()), mesh.corners.size() + 1);
+  collected.touching.resize(collected.touching[0] + 1);
+  collected.touching.erase(collected.touching.begin());
+  std::ranges::sort(collected.touching);
   return collected;
 }
 
@@ -163,20 +159,32 @@ TEST_P(CollectEdges, MoreThanTwoUndecidedFacesHaveRecordsThatAddUp) {
   }
 }
 
-TEST_P(CollectEdges, WhatLiesBehindTheLightsPlaneIsCutOff) {
-  // One corner behind the plane, within the disc; one beside it; one tetrahedron wholly behind.
-  std::size_t cuts = 0;
-  for (const twins::Triangles& mesh : {rounded(tetrahedron({0.1, 0.05, 0.2}, 0.5)), rounded(tetrahedron({0.6, 0.2, 0.1}, 0.8)),
-                                       rounded(tetrahedron({9, 0, 0.1}, 0.8)), rounded(tetrahedron({0, 0, -2}, 0.5))}) {
+TEST_P(CollectEdges, WhatLiesBehindTheLightsPlaneIsCutOffAndFacesThatTouchTheDiscAreLeftOut) {
+  // One corner behind the plane, within the disc; one beside it; one far beside it; one tetrahedron wholly behind; one that
+  // stands on the disc.
+  std::size_t touching = 0, edges = 0;
+  for (const twins::Triangles& mesh :
+       {rounded(tetrahedron({0.1, 0.05, 0.2}, 0.5)), rounded(tetrahedron({0.6, 0.2, 0.1}, 0.8)),
+        rounded(tetrahedron({9, 0, 0.1}, 0.8)), rounded(tetrahedron({0, 0, -2}, 0.5)),
+        twins::Triangles{{{-0.1, 0, 0}, {0.1, 0, 0}, {0, 0, 1}, {0, 0.3, 1}}, {{0, 1, 2}, {1, 0, 3}}}}) {
     const Collected collected = collect(runner_, mesh);
-    for (const auto& [ends, edge] : twins::potential_silhouettes(mesh, radius)) expect_records(collected.edges, edge, "edge");
-    const std::vector<twins::Edge> expected = twins::light_plane_cuts(mesh, radius);
-    EXPECT_EQ(collected.cuts.size(), expected.size());
-    for (const twins::Edge& cut : expected) expect_records(collected.cuts, cut, "cut");
+    std::vector<cl_uint> expected;
+    twins::Triangles others = mesh;
+    others.corners.clear();
+    for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
+      if (twins::touches_disc(mesh, t, radius))
+        expected.push_back(static_cast<cl_uint>(t));
+      else
+        others.corners.push_back(mesh.corners[t]);
+    }
+    EXPECT_EQ(collected.touching, expected);
+    for (const auto& [ends, edge] : twins::potential_silhouettes(others, radius)) expect_records(collected.edges, edge, "edge");
     for (const twins::Edge& edge : collected.edges) EXPECT_GE(std::min(edge.a.z, edge.b.z), 0.0);
-    cuts += expected.size();
+    touching += expected.size();
+    edges += collected.edges.size();
   }
-  EXPECT_GT(cuts, 4u);
+  EXPECT_GT(touching, 4u);
+  EXPECT_GT(edges, 4u);
 }
 
 TEST_P(CollectEdges, EveryBlockAppendsItsRecords) {

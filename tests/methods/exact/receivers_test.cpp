@@ -85,6 +85,7 @@ class World {
                                                                            .receiver_words = words,
                                                                            .edge_offsets = runner_.buffer<cl_uint>(edge_offsets),
                                                                            .all = cl_uint{all},
+                                                                           .touching = runner_.filled(1, cl_uint{0}),
                                                                            .tile_cursors = counts,
                                                                            .listed = listed});
     const auto begins = runner_.read<cl_uint>(offsets, tiles + 1), ends = runner_.read<cl_uint>(counts, tiles),
