@@ -47,8 +47,9 @@ void FeaturesPass::build(const TrianglesPass& triangles, const ResidentScene& re
                          const Buffer<cl_uint>& sublayer_layers) {
   const DeviceImpl& device = launcher_.device();
   const cl_uint tiles = shape.tiles_x * shape.tiles_y;
-  // Each edge can be a silhouette, with its quad and a corner at either end: room for all, so that none is ever lost.
-  const std::size_t max_features = 3 * std::size_t{resident.edge_count};
+  // Each edge can be a silhouette, with its quad and a corner at either end, inside too where fins have two sides (at vertices of
+  // more than two silhouette edges): room for all, so that none is ever lost.
+  const std::size_t max_features = (shape.two_sided ? 5 : 3) * std::size_t{resident.edge_count};
   features_.reserve(device, max_features, "fins");
   bins_.reserve(device, max_features, std::size_t{tiles} * layers,
                 4 * std::size_t{resident.edge_count} + 2048 * std::size_t{tiles});
