@@ -505,7 +505,6 @@ const std::vector<HardCase>& hard_cases() {
       {"wires_of_a_texel", as_rays, [] { return wires(0.012); }, {.differing = 0.1}},
       {"wires_of_a_tenth_of_a_texel", "their width's share", [] { return wires(0.0012); }},
       {"wires_of_1e_6", "nothing", [] { return wires(1e-6); }},
-      {"wires_of_1e_12", "nothing", [] { return wires(1e-12); }},
       {"fence", as_rays, [] { return fence(); }, {.differing = 0.1}},
       {"checkerboard", as_rays, [] { return checkerboard(); }},
       {"interpenetrating", as_rays, [] { return interpenetrating(); }},

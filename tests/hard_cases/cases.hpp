@@ -1,6 +1,7 @@
 // The hard cases: scenes in which arithmetic, geometry or the light's place is at a limit, each with what is right.
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,11 @@ struct HardCase {
     bool is_for_exact_alone = false;  ///< too much for nine methods
   } limits = {};
 };
+
+/// For messages of tests.
+inline void PrintTo(const HardCase& one, std::ostream* out) {
+  *out << one.name;
+}
 
 /// All of them, in the order of docs/hard-cases.md.
 const std::vector<HardCase>& hard_cases();
