@@ -10,7 +10,40 @@ namespace {
 
 /// What is known not to hold. An entry goes when it does.
 constexpr std::string_view not_yet[] = {
-    "",
+    "floor_1e5",
+    "floor_1e6",
+    "just_below_the_light_1e_5",
+    "hovering_at_1_2000_grazing",
+    "hovering_at_1_1000_grazing",
+    "hovering_at_1_10000",
+    "hovering_of_900_at_0_3",
+    "site_of_20_km",
+    "site_of_20_km_without_tower",
+    "centre_on_the_face_of_a_box",
+    "centre_on_the_edge_of_a_box",
+    "centre_on_the_corner_of_a_box",
+    "centre_1e_6_beside_the_face_of_a_box",
+    "centre_on_a_quad",
+    "centre_1e_5_beside_a_quad",
+    "edge_in_the_lights_plane",
+    "box_top_in_the_lights_plane",
+    "ball_in_a_tube",
+    "ball_beside_a_box_behind_it",
+    "ball_touching_a_box",
+    "ball_cut_by_a_sheet",
+    "hovering_of_900_at_0_3/*",
+    "site_of_200_m/*",
+    "site_of_2_km/*",
+    "site_of_20_km/*",
+    "site_of_20_km_without_tower/*",
+    "floor_1e6/*",
+    "room/light-samples",
+    "room_rotated/light-samples",
+    "lampshade/light-samples",
+    "lit_ceiling_recessed/pcss",
+    "wires_of_1e_6/*",
+    "UnitsOfPowersOfTwoAreTheSameBitForBit/exact",
+    "AnyUnitIsTheSame/exact",
 };
 
 // ---- what most cases stand in -----------------------------------------------------------------------------------------------
@@ -442,12 +475,39 @@ Scene checkerboard() {
   return side_lit({shape.mesh("checkers")});
 }
 
+/// Counts are pixels of 64 x 64.
+constexpr Promise all_promises[] = {
+    {"floor_1e6", "", 4, 12},
+    {"hovering_of_900_at_0_3", "", 100, 100},
+    {"site_of_200_m", "", 20, 20},
+    {"site_of_2_km", "", 20, 20},
+    {"site_of_20_km", "", 20, 20},
+    {"site_of_20_km_without_tower", "", 20, 20},
+    {"room", "light-samples", 0, 0, 0.03},
+    {"room_rotated", "light-samples", 0, 0, 0.03},
+    {"lampshade", "light-samples", 0, 0, 0.1},
+    {"lampshade", "pcss", 4, 0, 0.1},
+    {"lit_ceiling_recessed", "pcss", 4, 0},
+    {"wires_of_1e_6", "smoothies penumbra-maps fins layered-fins", 0, 2},
+};
+
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
+bool Promise::is_of(std::string_view method) const {
+  return methods.empty() || (" " + std::string(methods) + " ").find(" " + std::string(method) + " ") != std::string::npos;
+}
+
+std::span<const Promise> promises() {
+  return all_promises;
+}
+
 bool holds_not_yet(std::string_view name) {
-  return std::find(std::begin(not_yet), std::end(not_yet), name) != std::end(not_yet);
+  const auto has = [](std::string_view entry) {
+    return std::find(std::begin(not_yet), std::end(not_yet), entry) != std::end(not_yet);
+  };
+  return has(name) || (name.find('/') != name.npos && has(std::string(name.substr(0, name.find('/'))) + "/*"));
 }
 
 const std::vector<HardCase>& hard_cases() {
@@ -643,6 +703,15 @@ const std::vector<HardCase>& hard_cases() {
       {"ball_cut_by_a_sheet", as_rays,
        [] {
          return ball_lit({sheet_of({0.05, -1}, {1, 1}, 1.95).mesh("sheet")});
+       }},
+      {"ball_over_a_sheet_of_200_triangles", "as one of two",
+       [] {
+         Scene scene = ball_lit({Shape().sheet_of_cells({-1, -1}, {1, 1}, 1.5, 10, 10).mesh("sheet")}, 0.3);
+         scene.meshes[0] = Shape().sheet_of_cells({-5, -5}, {5, 5}, 0, 10, 10).mesh("floor");
+         scene.camera.position = {0.5, 6, 8};
+         scene.camera.target = {0, 0.5, 0};
+         scene.lights[0].position = {1.3, 5, 1.2};
+         return scene;
        }},
       {"ball_in_a_room", as_rays, [] { return ball_in_room(); }},
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ostream>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,19 @@ inline void PrintTo(const HardCase& one, std::ostream* out) {
 /// All of them, in the order of docs/hard-cases.md.
 const std::vector<HardCase>& hard_cases();
 
-/// Cases, and properties of methods ("property/method"), that do not hold yet. To become empty.
+/// What a method other than exact must do in a case, whatever it does now: what it owes to its own definition.
+struct Promise {
+  std::string_view hard_case;
+  std::string_view methods;  ///< names, separated by spaces; empty for all
+  std::size_t false_lit, false_umbra;
+  double rmse = 1.0;
+  bool is_of(std::string_view method) const;
+};
+std::span<const Promise> promises();
+
+/// What does not hold yet: a case with method exact by its name, a promise as "case/method" or, whatever the
+/// method, "case/*", a property of a method as
+/// "Property/method". The list is to become empty.
 bool holds_not_yet(std::string_view name);
 
 }  // namespace halfshade

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "halfshade/halfshade.hpp"
+#include "hard_cases/cases.hpp"
 
 namespace halfshade {
 namespace {
@@ -101,7 +102,7 @@ void FiguresTable::record(const std::string& name, const std::string& expected, 
                         ? "–"
                         : fmt::format("{:.3f} {}/{}", found->second.rmse(), found->second.false_lit, found->second.false_umbra));
   }
-  rows_.push_back(joined(cells));
+  rows_[name] = joined(cells);
 }
 
 std::string FiguresTable::worse(const std::string& name, const std::string& method, const MethodFigures& figures) const {
@@ -142,7 +143,8 @@ FiguresTable::~FiguresTable() {
         return rule;
       }()
        << "\n";
-  for (const std::string& row : rows_) file << row << "\n";
+  for (const HardCase& one : hard_cases())
+    if (const auto row = rows_.find(one.name); row != rows_.end()) file << row->second << "\n";
   file << "\n" << tail;
 }
 

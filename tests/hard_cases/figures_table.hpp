@@ -41,7 +41,7 @@ class FiguresTable {
   void read(const std::string& path);
 
   std::string output_;
-  std::vector<std::string> rows_;                             ///< recorded, as written
+  std::map<std::string, std::string> rows_;                   ///< recorded, as written, by case
   std::map<std::string, std::map<std::string, Cell>> cells_;  ///< read: by case and method
 };
 
