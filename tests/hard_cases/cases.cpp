@@ -13,6 +13,7 @@ constexpr std::string_view not_yet[] = {
     "floor_1e5",
     "floor_1e6",
     "just_below_the_light_1e_5",
+    "just_below_the_light_1e_5_over_a_floor_of_1e6",
     "hovering_at_1_2000_grazing",
     "hovering_at_1_1000_grazing",
     "hovering_at_1_10000",
@@ -44,6 +45,8 @@ constexpr std::string_view not_yet[] = {
     "wires_of_1e_6/*",
     "UnitsOfPowersOfTwoAreTheSameBitForBit/exact",
     "AnyUnitIsTheSame/exact",
+    "AWallOfTwoBoxesIsAsOne/fins",
+    "AWallOfTwoBoxesIsAsOne/layered-fins",
 };
 
 // ---- what most cases stand in -----------------------------------------------------------------------------------------------
@@ -141,6 +144,14 @@ Scene wires(double width) {
     shape.wire({x, 1.5, -1.3}, {x + 0.4, 1.1, 1.3}, width);
   }
   return side_lit({shape.mesh("wires")});
+}
+
+/// Triangles whose corners lie on a line.
+Scene triangles_without_area() {
+  Shape shape;
+  for (int i = 0; i < 16; ++i)
+    shape.triangle({-1.5 + 0.25 * i, 1.5, -1.25}, {-1.5 + 0.25 * i, 1.5, 0.0}, {-1.5 + 0.25 * i, 1.5, 1.25});
+  return side_lit({shape.also(turned_box()).mesh("wires")});
 }
 
 Scene fence() {
@@ -522,6 +533,7 @@ const std::vector<HardCase>& hard_cases() {
       {"just_below_the_light_1e_3", as_rays, [] { return just_below_the_light(1e-3, 6); }},
       {"just_below_the_light_1e_5", as_rays, [] { return just_below_the_light(1e-5, 6); }, {.is_drawn_in_both_shapes = true}},
       {"just_below_the_light_1e_3_over_a_floor_of_1e4", as_rays, [] { return just_below_the_light(1e-3, 1e4); }},
+      {"just_below_the_light_1e_5_over_a_floor_of_1e6", as_rays, [] { return just_below_the_light(1e-5, 1e6); }},
       {"hovering_at_1_500", "a shadow as wide as the gap says", [] { return hovering(2, 0.008, 30); }},
       {"hovering_at_1_2000_grazing", "a shadow", [] { return hovering(2, 0.002, 1); }},
       {"hovering_at_1_1000_grazing", "a shadow", [] { return hovering(2, 0.004, 1); }, {.is_drawn_in_both_shapes = true}},
@@ -565,6 +577,7 @@ const std::vector<HardCase>& hard_cases() {
       {"wires_of_a_texel", as_rays, [] { return wires(0.012); }, {.differing = 0.1}},
       {"wires_of_a_tenth_of_a_texel", "their width's share", [] { return wires(0.0012); }},
       {"wires_of_1e_6", "nothing", [] { return wires(1e-6); }},
+      {"triangles_without_area", "nothing", [] { return triangles_without_area(); }},
       {"fence", as_rays, [] { return fence(); }, {.differing = 0.1}},
       {"checkerboard", as_rays, [] { return checkerboard(); }},
       {"interpenetrating", as_rays, [] { return interpenetrating(); }},

@@ -33,8 +33,8 @@ struct Options {
   bool alias_free = false;
 };
 
-void print_worst(const SurfacePixels& pixels, const Camera& camera, std::span<const float> seen, std::span<const float> truth,
-                 unsigned count) {
+void print_worst(const SurfacePixels& pixels, const Camera& camera, std::span<const float> depth, std::span<const float> seen,
+                 std::span<const float> truth, unsigned count) {
   std::vector<std::size_t> order(pixels.pixels.size());
   std::iota(order.begin(), order.end(), 0);
   const auto error = [&](std::size_t i) { return std::abs(seen[pixels.pixels[i]] - truth[pixels.pixels[i]]); };
@@ -42,8 +42,10 @@ void print_worst(const SurfacePixels& pixels, const Camera& camera, std::span<co
   for (std::size_t k = 0; k < std::min<std::size_t>(count, order.size()); ++k) {
     const std::uint32_t pixel = pixels.pixels[order[k]];
     const glm::dvec3 p = camera.position + pixels.points[order[k]].position;
-    fmt::print("    pixel {},{} at ({:.9g}, {:.9g}, {:.9g}): {:.6f}, reference {:.6f}\n", pixel % camera.resolution.x,
-               pixel / camera.resolution.x, p.x, p.y, p.z, seen[pixel], truth[pixel]);
+    const double z = glm::dot(glm::normalize(camera.target - camera.position), p - camera.position);
+    fmt::print("    pixel {},{} at ({:.9g}, {:.9g}, {:.9g}), depth off by {:.2g}: {:.6f}, reference {:.6f}\n",
+               pixel % camera.resolution.x, pixel / camera.resolution.x, p.x, p.y, p.z, depth[pixel] - z, seen[pixel],
+               truth[pixel]);
   }
 }
 
@@ -75,7 +77,8 @@ void compare(const std::string& path, const Options& options, Renderer& renderer
         path, light.name, options.method, figures.error.counted_pixels, figures.error.penumbra_pixels, figures.error.rmse,
         figures.error.max_error, figures.differing, figures.unexplained, figures.error.false_lit, figures.error.false_umbra,
         stats.lights[l].negative_pixels.value_or(0), pixels.unplaced, outside);
-    if (options.worst > 0) print_worst(pixels, scene.camera, seen, reference.visibility(light, pixels, points), options.worst);
+    if (options.worst > 0)
+      print_worst(pixels, scene.camera, frame.depth, seen, reference.visibility(light, pixels, points), options.worst);
   }
 }
 

@@ -102,7 +102,7 @@ bool has_fins(Method method) {
 
 class HardCasesProperties : public testing::TestWithParam<Method> {
  protected:
-  static Settings settings() { return {.method = GetParam(), .light_resolution_px = 256, .samples = samples}; }
+  Settings settings() const { return {.method = GetParam(), .light_resolution_px = light_resolution_px_, .samples = samples}; }
 
   /// Draws both and expects the same picture, but for what `rule` allows, wherever both show the same surface: at a border a
   /// pixel may fall to either side of it.
@@ -148,6 +148,7 @@ class HardCasesProperties : public testing::TestWithParam<Method> {
     }
   }
 
+  unsigned light_resolution_px_ = 256;
   std::string wrong_;
   Watchdog watchdog_;
   Renderer renderer_{test_device()};
@@ -263,6 +264,26 @@ TEST_P(HardCasesProperties, ASheetOfTwoTrianglesIsAsOneOfTwoHundred) {
     many.push_back(Shape().sheet_of_cells({-1, -1}, {1, 1}, 1.5, 10, 10).mesh("sheet"));
     expect_same(lit_by(light, two), lit_by(light, many), rounding(), light.name);
   }
+}
+
+TEST_P(HardCasesProperties, AWallOfTwoBoxesIsAsOne) {
+  // Seen from behind, with a map that is fine enough for outlines between the boxes.
+  const auto wall = [&](const Light& light, std::vector<SceneMesh> boxes) {
+    boxes.push_back(sheet_of({-3, -3}, {3, 3}, 0).mesh("floor"));
+    Scene scene = lit_by(light, boxes);
+    scene.camera = {.position = {-1.5, 3, -4.5}, .target = {0, 0.2, -1}, .yfov_deg = 45, .zfar = 200, .resolution = {128, 128}};
+    return scene;
+  };
+  Light light = spot();
+  light.position = {0.8, 2.2, 4};
+  light.target = {0, 0.3, -0.5};
+  light.radius = 0.35;
+  light.cone_deg = 70;
+  light_resolution_px_ = 1024;
+  const ImageRule rule = GetParam() == Method::exact ? rounding() : ImageRule{.percent = 1.0, .threshold = 0.02, .hard = 0.15};
+  expect_same(wall(light, {Shape().box({-1, 0, 0}, {1, 1, 0.2}).mesh("wall")}),
+              wall(light, {Shape().box({-1, 0, 0}, {0, 1, 0.2}).mesh("left"), Shape().box({0, 0, 0}, {1, 1, 0.2}).mesh("right")}),
+              rule, "abutting");
 }
 
 /// Threads and the cache of kernels are fixed before the first call to OpenCL: each of these draws in a process of its own.
