@@ -16,6 +16,7 @@
 #include "cli/target_options.hpp"
 #include "halfshade/halfshade.hpp"
 #include "report/report_table.hpp"
+#include "report/truth.hpp"
 
 namespace halfshade {
 namespace {
@@ -32,7 +33,7 @@ struct ReportArguments {
 };
 
 ReportOptions report_options(const ReportArguments& arguments, const std::string& command) {
-  constexpr long max_truth_samples = 65'536, max_repeats = 10'000;
+  constexpr long max_repeats = 10'000;
   const auto number = [](std::string_view option, const std::string& text, long max) {
     return static_cast<unsigned>(parse_integer(option, text, 1, max));
   };
@@ -107,7 +108,10 @@ void add_report(CLI::App& program) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->option_text("N[,N...]");
-  command->add_option("--truth-samples", arguments->truth_samples, "Rays a pixel of the truth (default: 1024)")->option_text("N");
+  command
+      ->add_option("--truth-samples", arguments->truth_samples,
+                   fmt::format("Rays a pixel of the truth, 1 to {} (default: 1024)", max_truth_samples))
+      ->option_text("N");
   command->add_option("--repeat", arguments->repeat, "Timed runs after a warm-up (default: 11)")->option_text("N");
   command->add_flag("--quick", arguments->quick, "A minute: fewer settings, 256 rays, 5 runs");
   command->add_flag("--table", arguments->table, "Only print the table, write nothing");
@@ -115,7 +119,8 @@ void add_report(CLI::App& program) {
   arguments->target.add(*command, "a CPU device and of rays");
   command->footer(
       "Writes DIR/report.json, report.csv and index.html, a page that needs nothing else. Interrupted, it goes\n"
-      "on where it was when called again. Times are whole paths, meshes and G-buffer being on the device.\n\n"
+      "on where it was when called again, its truth included. Times are whole paths, meshes and G-buffer being\n"
+      "on the device. Each truth is traced again in part, by other code; where that disagrees, nothing is published.\n\n"
       "Examples:\n"
       "  halfshade report data/scenes/primitives.json --quick\n"
       "  halfshade report data/scenes/*.json -o out/all\n"

@@ -91,6 +91,8 @@ class ReportRun {
     for (std::size_t i = 0; i < lights.size(); ++i) {
       title_ = fmt::format("{}, light {}", title, lights[i].name);
       const LightCase light_case = light_case_of(scene, i);
+      if (!light_case.check.holds() && folder_) folder_->withdraw();
+      require(light_case.check, scene.scene().name, lights[i].name, resolution, cache_.path(light_case.key));
       std::vector<Measurement> rows = rows_for(candidates_, scene.scene());
       measure_light(scene, light_case, rows, is_last && i + 1 == lights.size());
       events_.table(report_table(scene.scene(), lights[i], scene.rays().build_ms(), rows));
@@ -101,9 +103,12 @@ class ReportRun {
   void now(const std::string& text) const { events_.now(fmt::format("{}: {}", title_, text)); }
 
   LightCase light_case_of(ReportScene& scene, std::size_t light) const {
-    const Clock::time_point begin = Clock::now();
-    return scene.light_case(light, cache_, options_.truth_samples, [&](double done) {
-      now(fmt::format("truth {:.0f} %{}", 100 * done, done > 0.05 ? time_left_text(begin, done) : ""));
+    std::string doing;
+    Clock::time_point begin;
+    return scene.light_case(light, cache_, options_.truth_samples, [&](const char* what, double done) {
+      if (doing != what) begin = Clock::now();
+      doing = what;
+      now(fmt::format("{} {:.0f} %{}", what, 100 * done, done > 0.05 ? time_left_text(begin, done) : ""));
     });
   }
 
@@ -144,6 +149,7 @@ class ReportRun {
         {{"name", light.name},
          {"radius", disc_radius(light)},
          {"truth_key", light_case.key},
+         {"truth_check", to_json(light_case.check)},
          {"tree_build_ms", scene.rays().build_ms()},
          {"rays_threads", scene.rays().threads()},
          {"pictures", {{"truth", {{"picture", truth}}}, {"dark", {{"picture", dark}}}, {"lit", {{"picture", lit}}}}}});

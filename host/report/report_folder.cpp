@@ -84,6 +84,14 @@ void ReportFolder::save_all(bool complete) {
   save();
 }
 
+void ReportFolder::withdraw() const {
+  for (const char* name : {"index.html", "report.csv"}) {
+    std::error_code error;
+    fs::remove(folder_ / name, error);
+    if (error) throw DeviceError(fmt::format("{}: cannot be removed ({})", (folder_ / name).string(), error.message()));
+  }
+}
+
 std::string ReportFolder::save_plane(const std::string& name, glm::uvec2 resolution, const std::vector<float>& plane) const {
   std::vector<unsigned char> bytes(plane.size());
   for (std::size_t i = 0; i < plane.size(); ++i)

@@ -35,6 +35,8 @@ class ReportFolder {
   void save() const;
   /// Writes report.json, report.csv and the page.
   void save_all(bool complete);
+  /// Removes the page and report.csv: what has been measured is not to be looked at. An interrupted run's rows stay.
+  void withdraw() const;
 
   /// Write a picture and return its file name within the folder: values 0..1 as grey levels, linear colours as sRGB.
   std::string save_plane(const std::string& name, glm::uvec2 resolution, const std::vector<float>& plane) const;

@@ -12,6 +12,8 @@ ReportScene::ReportScene(Scene scene, std::shared_ptr<Device> device, unsigned t
       device_(std::move(device)),
       renderer_(device_),
       rays_(scene_, threads),
+      precise_(scene_, threads),
+      reference_(scene_),
       plane_(*device_, pixel_count()) {
   renderer_.set_scene(scene_);
   draw_gbuffer();
@@ -26,15 +28,19 @@ std::uint32_t ReportScene::triangle_count() {
   return renderer_.stats().triangles;
 }
 
-LightCase ReportScene::light_case(std::size_t light, const TruthCache& cache, unsigned truth_samples,
-                                  const std::function<void(double)>& progress) {
+LightCase ReportScene::light_case(std::size_t index, const TruthCache& cache, unsigned truth_samples,
+                                  const std::function<void(const char* what, double done)>& progress) {
+  const Light& light = scene_.lights.at(index);
   const auto depth = read_elements<float>(*device_, gbuffer_.depth, pixel_count());
   const auto normal_ws = read_elements<glm::vec4>(*device_, gbuffer_.normal, pixel_count());
   LightCase result;
-  result.light = light;
-  result.receivers = rays_.receivers(scene_.camera, depth, normal_ws, scene_.lights.at(light));
-  result.key = truth_key(scene_, rays_, scene_.lights[light], result.receivers, truth_samples);
-  result.truth = cache.truth(scene_, rays_, scene_.lights[light], result.receivers, truth_samples, progress);
+  result.light = index;
+  result.receivers = receivers_of(precise_, scene_.camera, depth, normal_ws, light);
+  result.key = truth_key(scene_, light, result.receivers, truth_samples);
+  result.truth =
+      cache.truth(result.key, precise_, light, result.receivers, truth_samples, [&](double done) { progress("truth", done); });
+  result.check = check_truth(reference_, light, result.receivers, result.truth, truth_samples, rays_.threads(),
+                             [&](double done) { progress("check of the truth", done); });
   return result;
 }
 

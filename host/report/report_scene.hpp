@@ -1,4 +1,4 @@
-// A scene ready to be measured: on the device, with its G-buffer, and as a tree for rays.
+// A scene ready to be measured: on the device, with its G-buffer, and as trees for rays and for the truth.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,10 @@
 #include "halfshade/halfshade.hpp"
 #include "report/candidates.hpp"
 #include "report/device_plane.hpp"
+#include "report/precise_scene.hpp"
 #include "report/rays.hpp"
+#include "report/truth.hpp"
+#include "report/truth_check.hpp"
 
 namespace halfshade {
 
@@ -20,7 +23,8 @@ struct LightCase {
   std::size_t light = 0;  ///< its index in the scene
   RayReceivers receivers;
   std::vector<float> truth;
-  std::string key;  ///< of the truth, see truth_key
+  std::string key;   ///< of the truth, see truth_key
+  TruthCheck check;  ///< of the truth
 };
 
 /// A scene on the device, its G-buffer, and its tree.
@@ -33,9 +37,10 @@ class ReportScene {
   const RayScene& rays() const { return rays_; }
   std::uint32_t triangle_count();
 
-  /// A light with its truth of so many samples, from the cache or traced now; `progress` is called with the fraction traced.
+  /// A light with its truth of so many samples, from the cache or traced now, and checked either way. `progress` is called with
+  /// what is being done and the fraction of it.
   LightCase light_case(std::size_t light, const TruthCache& cache, unsigned truth_samples,
-                       const std::function<void(double)>& progress);
+                       const std::function<void(const char* what, double done)>& progress);
 
   /// Runs a candidate once and returns its wall time in ms; its plane goes to `visibility`, if given.
   double run(const LightCase& light_case, const Candidate& candidate, std::vector<float>* visibility = nullptr);
@@ -54,6 +59,8 @@ class ReportScene {
   std::shared_ptr<Device> device_;
   Renderer renderer_;
   RayScene rays_;
+  PreciseScene precise_;
+  Reference reference_;
   GBuffer gbuffer_;
   DevicePlane<float> plane_;
 };

@@ -83,7 +83,7 @@ TEST_P(LightsTest, ADirectionalLightShadesByItsDirectionEverywhere) {
 void expect_rays(const KernelRunner& runner, const Scene& scene, unsigned samples) {
   const Frame frame = draw(runner, scene, {.method = Method::exact, .samples = samples});
   const RayScene rays(scene);
-  const RayReceivers receivers = rays.receivers(scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
+  const RayReceivers receivers = receivers_of(PreciseScene(scene), scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
   ASSERT_GT(receivers.pixels.size(), 2000u);
   const std::vector<float> expected =
       trace_visibility(rays, scene.lights[0], receivers, {.rotate = false, .pattern = disc_samples(samples)});
@@ -158,7 +158,7 @@ TEST_P(LightsTest, FinsOfAPointLightAreWhereRaysSeePenumbrae) {
   const Scene scene = lamp_lit(0);
   const Frame hard = draw(runner_, scene, {.method = Method::hard});
   const RayScene rays(scene);
-  const RayReceivers receivers = rays.receivers(scene.camera, hard.depth, hard.normal_ws, scene.lights[0]);
+  const RayReceivers receivers = receivers_of(PreciseScene(scene), scene.camera, hard.depth, hard.normal_ws, scene.lights[0]);
   const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 256});
   const auto rmse = [&](const Settings& settings) {
     return compare_visibility(draw(runner_, scene, settings).visibility[0], truth, receivers.kinds).rmse;

@@ -27,33 +27,31 @@ Settings exact(unsigned samples, SamplePattern pattern = SamplePattern::fixed) {
   return settings;
 }
 
-RayReceivers receivers_of(const RayScene& rays, const Scene& scene, const Frame& frame) {
-  return rays.receivers(scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
+RayReceivers receivers_of(const Scene& scene, const Frame& frame) {
+  return receivers_of(PreciseScene(scene), scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
 }
 
 /// Which of the samples each counted pixel sees, by brute force.
-std::vector<std::vector<bool>> brute_force(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
-                                           unsigned samples) {
+std::vector<std::vector<bool>> brute_force(const Scene& scene, const RayReceivers& receivers, unsigned samples) {
   const Reference all(scene);
   const Light& light = scene.lights[0];
   const glm::dmat4 light_from_world = light_frustum(light).view_from_world;
   const glm::dvec3 right(light_from_world[0][0], light_from_world[1][0], light_from_world[2][0]);
   const glm::dvec3 up(light_from_world[0][1], light_from_world[1][1], light_from_world[2][1]);
   std::vector<std::vector<bool>> sees;
-  for (const glm::vec3& origin : receivers.origins) {
+  for (const glm::dvec3& point_ws : receivers.points_ws) {
     std::vector<bool>& seen = sees.emplace_back();
     for (const glm::dvec2& s : light_points(light, samples).points)
-      seen.push_back(!all.is_occluded(glm::dvec3(origin) + rays.origin_ws() - all.origin_ws(),
+      seen.push_back(!all.is_occluded(point_ws - all.origin_ws(),
                                       light.position + disc_radius(light) * (s.x * right + s.y * up) - all.origin_ws()));
   }
   return sees;
 }
 
 /// How many they are.
-std::vector<unsigned> brute_force_counts(const Scene& scene, const RayScene& rays, const RayReceivers& receivers,
-                                         unsigned samples) {
+std::vector<unsigned> brute_force_counts(const Scene& scene, const RayReceivers& receivers, unsigned samples) {
   std::vector<unsigned> counts;
-  for (const std::vector<bool>& seen : brute_force(scene, rays, receivers, samples))
+  for (const std::vector<bool>& seen : brute_force(scene, receivers, samples))
     counts.push_back(static_cast<unsigned>(std::count(seen.begin(), seen.end(), true)));
   return counts;
 }
@@ -61,10 +59,9 @@ std::vector<unsigned> brute_force_counts(const Scene& scene, const RayScene& ray
 /// Every counted pixel has the samples that brute force has, but for a few where one sample lies within rounding of an edge.
 void expect_brute_force(const KernelRunner& runner, const Scene& scene, unsigned samples) {
   const Drawn drawn = draw(runner, scene, exact(samples));
-  const RayScene rays(scene);
-  const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+  const RayReceivers receivers = receivers_of(scene, drawn.frame);
   ASSERT_GT(receivers.pixels.size(), 500u);
-  const std::vector<unsigned> expected = brute_force_counts(scene, rays, receivers, samples);
+  const std::vector<unsigned> expected = brute_force_counts(scene, receivers, samples);
   std::size_t partly = 0, differing = 0;
   for (std::size_t i = 0; i < receivers.pixels.size(); ++i) {
     const float seen = drawn.frame.visibility[0][receivers.pixels[i]] * static_cast<float>(samples);
@@ -251,9 +248,8 @@ TEST_P(ExactTest, RadiusZeroIsAHardShadowWithoutAliasing) {
   Settings settings = exact(16);
   settings.light_resolution_px = 32;  // a texel is many pixels wide
   const Drawn drawn = draw(runner_, scene, settings);
-  const RayScene rays(scene);
-  const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
-  const std::vector<unsigned> expected = brute_force_counts(scene, rays, receivers, 1);
+  const RayReceivers receivers = receivers_of(scene, drawn.frame);
+  const std::vector<unsigned> expected = brute_force_counts(scene, receivers, 1);
   std::size_t dark = 0;
   for (std::size_t i = 0; i < receivers.pixels.size(); ++i) {
     dark += expected[i] == 0;
@@ -271,7 +267,7 @@ TEST_P(ExactTest, AgreesWithRaysOnTheSameSamples) {
       settings.light_resolution_px = 512;
       const Drawn drawn = draw(runner_, scene, settings);
       const RayScene rays(scene);
-      const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+      const RayReceivers receivers = receivers_of(scene, drawn.frame);
       const std::vector<float> truth =
           trace_visibility(rays, scene.lights[0], receivers, {.samples = 256, .rotate = pattern == SamplePattern::rotated});
       const ErrorFigures figures = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds);
@@ -394,7 +390,7 @@ TEST_P(ExactTest, MoreSamplesBringItNearerToTheTruth) {
   double before = 1.0;
   for (const unsigned samples : {16u, 64u, 256u, 1024u}) {
     const Drawn drawn = draw(runner_, scene, exact(samples));
-    const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+    const RayReceivers receivers = receivers_of(scene, drawn.frame);
     const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 4096, .seed = 5});
     const double error = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds).penumbra_rmse;
     EXPECT_LT(error, 0.7 * before) << samples;
@@ -510,7 +506,7 @@ TEST_P(ExactTest, AgreesWithRaysFromARectangle) {
   settings.light_resolution_px = 512;
   const Drawn drawn = draw(runner_, scene, settings);
   const RayScene rays(scene);
-  const RayReceivers receivers = receivers_of(rays, scene, drawn.frame);
+  const RayReceivers receivers = receivers_of(scene, drawn.frame);
   const std::vector<float> truth = trace_visibility(rays, scene.lights[0], receivers, {.samples = 256});
   const ErrorFigures figures = compare_visibility(drawn.frame.visibility[0], truth, receivers.kinds);
   EXPECT_GT(figures.penumbra_pixels, 300u);
@@ -569,9 +565,8 @@ TEST_P(ExactTest, SeesTheVerySamplesThatBruteForceSees) {
   const Frame seen = draw(runner_, scene, exact(samples)).frame, all = draw(runner_, open, exact(samples)).frame;
 
   const LightPoints points = light_points(scene.lights[0], samples);
-  const RayScene rays(scene);
-  const RayReceivers receivers = receivers_of(rays, scene, draw(runner_, scene, exact(samples)).frame);
-  const std::vector<std::vector<bool>> expected = brute_force(scene, rays, receivers, samples);
+  const RayReceivers receivers = receivers_of(scene, draw(runner_, scene, exact(samples)).frame);
+  const std::vector<std::vector<bool>> expected = brute_force(scene, receivers, samples);
   std::size_t partly = 0, differing = 0;
   for (std::size_t i = 0; i < receivers.pixels.size(); ++i) {
     const std::size_t pixel = receivers.pixels[i];

@@ -1,18 +1,16 @@
-// The ray-traced truth against closed forms, against the reference in double precision, and its noise.
+// Rays against closed forms, against the reference in double precision, and their noise.
 #include "report/rays.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
 #include "light/light_model.hpp"
 #include "report/reference.hpp"
 #include "support/closed_forms.hpp"
 #include "support/scenes.hpp"
-#include "support/temp_folder.hpp"
 
 namespace halfshade {
 namespace {
@@ -56,7 +54,7 @@ std::vector<float> visibility_at(const Scene& scene, const Light& light, const s
                                  const RaySettings& settings) {
   const RayScene rays(scene);
   const std::vector<glm::vec4> up(points.size(), glm::vec4(0, 1, 0, 1));
-  const RayReceivers receivers = rays.receivers({static_cast<unsigned>(points.size()), 1}, points, up, light);
+  const RayReceivers receivers = receivers_of(PreciseScene(scene), {static_cast<unsigned>(points.size()), 1}, points, up, light);
   return trace_visibility(rays, light, receivers, settings);
 }
 
@@ -255,9 +253,22 @@ TEST(Rays, LeaveOutWhatCastsNoShadowAndWhatIsNotCounted) {
   const RayScene rays(scene);
   const Light light = light_above(1.0);
   const std::vector<glm::vec4> normals{{0, 1, 0, 1}, {0, -1, 0, 1}, {0, 1, 0, 0}};
-  const RayReceivers receivers = rays.receivers({3, 1}, points, normals, light);
+  const RayReceivers receivers = receivers_of(PreciseScene(scene), {3, 1}, points, normals, light);
   EXPECT_EQ(receivers.pixels, std::vector<std::uint32_t>{0});
   EXPECT_EQ(trace_visibility(rays, light, receivers, {.samples = 4}), (std::vector<float>{1.0f, 0.0f, 1.0f}));
+}
+
+TEST(Rays, AreNotShadowedByTheFloorTheyStandOnHoweverLargeNorByTheLampsCeiling) {
+  const std::vector<glm::dvec3> points{{0.3, 0, 0.2}, {-1.7, 0, 2.1}, {3.1, 0, -2.3}};
+  for (const double size : {6.0, 1e4, 1e5, 1e7}) {
+    Scene scene;
+    scene.meshes = {sheet(-size, size, -size, size, 0)};
+    scene.meshes[0].world_from_mesh = matrix_of({.rotation_deg = {0, 33, 0}});
+    EXPECT_EQ(visibility_at(scene, light_above(0.5), points, {.samples = 64}), std::vector<float>(3, 1.0f)) << size;
+  }
+  Scene scene;
+  scene.meshes = {sheet(-6, 6, -6, 6, 10)};  // the light is at height 10
+  EXPECT_EQ(visibility_at(scene, light_above(0.5), points, {.samples = 64}), std::vector<float>(3, 1.0f));
 }
 
 /// Camera and light over one mesh: nothing shadows a convex body where the whole light is above its horizon.
@@ -281,7 +292,7 @@ TEST(Rays, DoNotShadowASurfaceByItself) {
     Frame frame = renderer.read_frame();
     for (glm::vec4& n : frame.normal_ws) n.w = n == glm::vec4(0) ? 0.0f : 1.0f;
     const RayScene rays(scene);
-    const RayReceivers receivers = rays.receivers(scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
+    const RayReceivers receivers = receivers_of(PreciseScene(scene), scene.camera, frame.depth, frame.normal_ws, scene.lights[0]);
     const std::vector<float> seen = trace_visibility(rays, scene.lights[0], receivers, {.samples = 64});
     std::size_t wrong = 0, checked = 0;
     for (const std::uint32_t i : receivers.pixels) {
@@ -294,73 +305,6 @@ TEST(Rays, DoNotShadowASurfaceByItself) {
     EXPECT_GT(checked, 1000u);
     EXPECT_EQ(wrong, 0u) << "scale " << scale;
   }
-}
-
-TEST(TruthCache, GivesBackWhatItStoredAndTracesAnewWhereAnythingChanged) {
-  const TempFolder folder;
-  const TruthCache cache(folder / "cache");
-  GroundAndTorus test;
-  const auto truth = [&](unsigned samples, int& traced) {
-    const RayScene rays(test.scene);
-    const std::vector<glm::vec4> up(test.points.size(), glm::vec4(0, 1, 0, 1));
-    const RayReceivers receivers = rays.receivers({16, 16}, test.points, up, test.light);
-    return cache.truth(test.scene, rays, test.light, receivers, samples, [&](double) { traced = 1; });
-  };
-  int traced = 0;
-  const std::vector<float> first = truth(64, traced);
-  EXPECT_EQ(traced, 1);
-  traced = 0;
-  EXPECT_EQ(truth(64, traced), first);
-  EXPECT_EQ(traced, 0);
-  const auto expect_traced = [&](const char* what, unsigned samples = 64) {
-    traced = 0;
-    truth(samples, traced);
-    EXPECT_EQ(traced, 1) << what;
-  };
-  expect_traced("samples", 16);
-  test.light.radius *= 1.01;
-  expect_traced("radius");
-  test.scene.meshes[0].world_from_mesh = matrix_of({.translation = {0, 1.5, 0}, .rotation_deg = {36, 20, 10}});
-  expect_traced("transform");
-  test.points[3].x += 0.01;
-  expect_traced("receivers");
-  // Not with the pattern of a rival of as many samples.
-  const RayScene rays(test.scene);
-  const std::vector<glm::vec4> up(test.points.size(), glm::vec4(0, 1, 0, 1));
-  const RayReceivers receivers = rays.receivers({16, 16}, test.points, up, test.light);
-  EXPECT_NE(truth(16, traced), trace_visibility(rays, test.light, receivers, {.samples = 16}));
-  // A file that is too long is no truth, nor is one cut short.
-  truth(64, traced);
-  for (const auto& entry : std::filesystem::directory_iterator(cache.folder()))
-    std::ofstream(entry.path(), std::ios::app | std::ios::binary) << "more";
-  expect_traced("too long");
-  for (const auto& entry : std::filesystem::directory_iterator(cache.folder())) std::filesystem::resize_file(entry.path(), 100);
-  expect_traced("truncated");
-}
-
-TEST(TruthKey, IsAnotherWhereAMeshOrItsPlaceIsAnother) {
-  // Of the same tree and receivers, so that the scene alone tells them apart.
-  const GroundAndTorus test;
-  const RayScene rays(test.scene);
-  const std::vector<glm::vec4> up(test.points.size(), glm::vec4(0, 1, 0, 1));
-  const RayReceivers receivers = rays.receivers({16, 16}, test.points, up, test.light);
-  const auto key = [&](const Scene& scene) { return truth_key(scene, rays, test.light, receivers, 64); };
-  const std::string before = key(test.scene);
-  EXPECT_EQ(key(test.scene), before);
-
-  Scene moved = test.scene, bent = test.scene, torn = test.scene, without = test.scene;
-  moved.meshes[0].world_from_mesh[3].x += 1e-3;
-  Mesh mesh = *test.scene.meshes[0].mesh;
-  mesh.positions[7].x += 1e-3f;
-  bent.meshes[0].mesh = std::make_shared<Mesh>(mesh);
-  mesh = *test.scene.meshes[0].mesh;
-  mesh.triangles[7] = mesh.triangles[8];
-  torn.meshes[0].mesh = std::make_shared<Mesh>(mesh);
-  without.meshes[0].casts_shadow = false;
-  for (const Scene& scene : {moved, bent, torn, without}) EXPECT_NE(key(scene), before);
-  moved = test.scene;
-  moved.meshes[0].base_color = {1, 0, 0};
-  EXPECT_EQ(key(moved), before) << "colours cast nothing";
 }
 
 }  // namespace

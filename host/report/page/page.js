@@ -349,6 +349,10 @@
     main.append(element('p', {class: 'quiet'}, `${scene.triangles.toLocaleString('en')} triangles, ${scene.resolution.join('\u00d7')} pixels: ` +
       `${figures.counted_pixels.toLocaleString('en')} face the light, ${figures.penumbra_pixels.toLocaleString('en')} of them in penumbra. ` +
       `Light radius ${light.radius}. Building the tree for rays took ${ms(light.tree_build_ms)} ms, which their times do not contain.`));
+    const check = light.truth_check;
+    main.append(element('p', {class: 'quiet', id: 'truth-check'}, `The truth was checked at ${check.pixels.toLocaleString('en')} random pixels, traced ` +
+      `again with the same ${report.truth_samples} samples in double precision by other code: ` + (check.differing === 0 ? 'none differs.' :
+        `${check.differing} differ, by at most ${check.largest_difference.toFixed(6)}, on average ${check.mean_difference.toExponential(1)}.`)));
     if (!light.results.length) return;
     main.append(element('p', {}, inWords(light)));
     const parts = [];
