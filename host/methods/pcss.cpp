@@ -19,20 +19,40 @@ class PcssPasses final : public MethodPasses {
  protected:
   void receive(const LightFrame& frame, const LightFace& face) override {
     if (disc_radius(face.as) <= 0.0) return receive_hard(frame, face);
+    const HsFinShape shape = fin_shape(face.as, face.fitted, device().tile_px);
+    bound_search(face, shape);
     launcher().launch_pixels(frame.gbuffer.resolution,
                              kernels::ReceivePcss{.light = face.fitted.view,
                                                   .view = frame.receiver(face),
                                                   .gbuffer = frame.gbuffer.arguments(),
                                                   .shadow_map = shared_.shadow_map.map(),
-                                                  .shape = fin_shape(face.as, face.fitted, device().tile_px),
-                                                  .nearest_d = static_cast<cl_float>(1.0 / face.fitted.casters_znear),
+                                                  .shape = shape,
+                                                  .search_depths = search_depths_,
                                                   .point_count = cl_uint{frame.settings.pcss_taps},
                                                   .points = points_.of(device(), face.as, frame.settings.pcss_taps).samples,
                                                   .visibility = frame.output()});
   }
 
  private:
+  /// bound_map_depths and spread_map_depths: how far each tile's receivers search.
+  void bound_search(const LightFace& face, const HsFinShape& shape) {
+    // As many as fill the map.
+    const HsView& view = face.fitted.view;
+    const std::size_t tiles = std::size_t{view.width_px / HS_SEARCH_TILE + 1} * (view.height_px / HS_SEARCH_TILE + 1);
+    tile_depths_.reserve(device(), tiles, "tile depths");
+    search_depths_.reserve(device(), 2 * tiles, "search depths");
+    launcher().launch_strided(
+        kernels::BoundMapDepths{.light = view, .shadow_map = shared_.shadow_map.map(), .tile_depths = tile_depths_});
+    launcher().launch_strided(kernels::SpreadMapDepths{.light = face.fitted.view,
+                                                       .shape = shape,
+                                                       .nearest_d = static_cast<cl_float>(1.0 / face.fitted.casters_znear),
+                                                       .tile_depths = tile_depths_,
+                                                       .search_depths = search_depths_});
+  }
+
   LightPointBuffers points_;
+  Buffer<cl_float> tile_depths_;    // a tile
+  Buffer<cl_float> search_depths_;  // two a tile
 };
 
 }  // namespace

@@ -122,11 +122,15 @@ typedef struct {
 // Silhouettes this near to a receiver, in texels, leave the question whether the light's centre sees it to counting.
 #define HS_NEAR_PX 2.25f
 
+// Texels a side of the tiles of the light map that bound the searches of methods/pcss.cl: the same for both shapes of kernels, so
+// that both search alike.
+#define HS_SEARCH_TILE 32
+
 // Layers of fins, parallel to the light's plane (Cai et al. 2006 §4.1): merged from equally deep sub-layers. Where casters stand
 // is kept as bits: the last for what lies beyond all silhouettes, the others for equal parts of the depth that holds these.
 #define HS_SUBLAYERS 1024
 #define HS_CASTER_BITS 32
-#define HS_MAX_LAYERS 1024
+#define HS_MAX_LAYERS 1024  // see HS_FEATURE_NARROW_SHIFT
 // Floats a receiver while layers are added up: see methods/shadow_fins.
 #define HS_STATE_PLANES 7
 

@@ -62,5 +62,50 @@ TEST_F(Pcss, SearchesNoFartherThanItsCastersAsk) {
   EXPECT_GT(penumbra, 500u);
 }
 
+TEST_F(Pcss, ACapBelowTheLightHidesItFromAllOfTheFloor) {
+  // The search, and the filter, are wider than the light's cone.
+  Scene scene = straight_edge::scene();
+  scene.meshes.pop_back();
+  scene.meshes[1] = placed("cap", disc_mesh(), {0, straight_edge::light_y - 0.3, 0}, glm::dvec3(1.2, 1, 1.2));
+  const Frame frame = draw_frame(runner_.device, scene, {.method = Method::pcss});
+  for (std::size_t i = 0; i < frame.visibility[0].size(); ++i) ASSERT_EQ(frame.visibility[0][i], 0.0f) << i;
+}
+
+TEST_F(Pcss, ACasterNearTheLightLeavesFarUmbraeDark) {
+  // A small box beside the light, far from the shadow of the large one.
+  Scene scene = box_over_floor();
+  const Frame alone = draw_frame(runner_.device, scene, {.method = Method::pcss});
+  scene.meshes.push_back(placed("near", box_mesh(), {2.6, 5.7, 1}, glm::dvec3(0.1)));
+  const Frame exact = draw_frame(runner_.device, scene, {.method = Method::exact}),
+              frame = draw_frame(runner_.device, scene, {.method = Method::pcss});
+  std::size_t dark = 0;
+  double seen = 0.0, seen_alone = 0.0;
+  for (std::size_t i = 0; i < frame.position_ws.size(); ++i) {
+    if (exact.visibility[0][i] > 0.0f || frame.position_ws[i].w == 0.0f) continue;
+    ++dark;
+    seen += frame.visibility[0][i];
+    seen_alone += alone.visibility[0][i];
+  }
+  ASSERT_GT(dark, 200u);
+  EXPECT_LE(seen, seen_alone + 0.01 * static_cast<double>(dark));
+}
+
+TEST_F(Pcss, AnEmptyRoomIsLitUpToItsCorners) {
+  Scene scene;
+  scene.name = "room";
+  scene.meshes = {placed("room", box_mesh(), {0, 0, 0}, {6, 6, 6})};
+  scene.camera = {
+      .position = {-2.7, -2.5, -2.8}, .target = {1.5, 1.5, 1.5}, .yfov_deg = 90, .znear = 0.01, .resolution = {96, 96}};
+  Light ball{.name = "ball", .type = LightType::point, .position = {0.3, 0.2, -0.4}};
+  ball.radius = 0.25;
+  scene.lights = {ball};
+  const Frame frame = draw_frame(runner_.device, scene, {.method = Method::pcss}),
+              hard = draw_frame(runner_.device, scene, {.method = Method::hard});
+  // But for what any look-up of the map gets wrong within a texel of a corner.
+  std::size_t dark = 0;
+  for (std::size_t i = 0; i < frame.visibility[0].size(); ++i) dark += frame.visibility[0][i] < hard.visibility[0][i] - 0.01f;
+  EXPECT_LE(dark, 4u);
+}
+
 }  // namespace
 }  // namespace halfshade
