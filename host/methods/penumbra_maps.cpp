@@ -15,7 +15,8 @@ class PenumbraMapsPasses final : public FinMethodPasses {
     const DrawList list = draw_list_of(frame, face.fitted);
     shared_.shadow_map.run(shared_.triangles, frame.resident, list);
     if (disc_radius(face.as) <= 0.0) return {};
-    const HsFinShape shape = fin_shape(face.as, face.fitted, device().tile_px);
+    HsFinShape shape = fin_shape(face.as, face.fitted, device().tile_px);
+    shape.drop_hidden = frame.settings.faithful ? 0 : 1;
     const FeatureTotal total = draw_features(frame, list, shape);
     map_.reserve(device(), pixels_of(list.view), "penumbra map");
     launcher().launch_tiles(tiles_of(list.view),

@@ -52,6 +52,7 @@ class SmoothiesPasses final : public FinMethodPasses {
     shared_.shadow_map.run(shared_.triangles, frame.resident, list);
     if (!has_smoothies(frame.settings, face.as)) return {};
     HsFinShape shape = fin_shape(face.as, face.fitted, device().tile_px);
+    shape.drop_hidden = frame.settings.faithful ? 0 : 1;
     if (frame.settings.smoothie_width > 0.0) {
       shape.radius_px = 0.0f;
       shape.width_px =

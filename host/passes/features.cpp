@@ -28,7 +28,8 @@ void FeaturesPass::classify(const TrianglesPass& triangles, const ResidentScene&
   sides_.reserve(device, in_words(resident.triangle_count), "face sides");
   multiplicities_.reserve(device, resident.edge_count, "edge multiplicities");
   silhouettes_.reserve(device, resident.edge_count, "silhouette edges");
-  if (mark_others) launcher_.fill(sides_.as<cl_uint>(), cl_uint{0x01010101}, in_words(resident.triangle_count) / 4);
+  if (mark_others)
+    launcher_.fill(sides_.as<cl_uint>(), cl_uint{0x01010101 * HS_SIDE_AWAY}, in_words(resident.triangle_count) / 4);
   launcher_.launch_blocks(list.caster_triangles, kernels::OrientFaces{.blocks = list.caster_triangles.blocks,
                                                                       .triangles = resident.triangle_corners,
                                                                       .vertices_ls = triangles.vertices_vs(),

@@ -8,13 +8,41 @@
 namespace halfshade {
 namespace {
 
+Bounds bounds_of(const Mesh& mesh) {
+  Bounds bounds{glm::dvec3(1e300), glm::dvec3(-1e300)};
+  for (const glm::vec3& p : mesh.positions) {
+    bounds.low = glm::min(bounds.low, glm::dvec3(p));
+    bounds.high = glm::max(bounds.high, glm::dvec3(p));
+  }
+  return bounds;
+}
+
+/// +1 if the mesh, taken for the surface of a body, is wound outwards, -1 if inwards; 0 where it does not tell: two faces at an
+/// edge disagree, or it is flat. Reversing its winding reverses the sign.
+int winding_of(const Mesh& mesh, const Topology& topology) {
+  if (topology.inconsistent_edge_count > 0) return 0;
+  const Bounds bounds = bounds_of(mesh);
+  const glm::dvec3 middle = 0.5 * (bounds.low + bounds.high);
+  double volume = 0.0, total = 0.0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    const auto from_middle = [&](std::uint32_t v) { return glm::dvec3(mesh.positions[v]) - middle; };
+    const double part = glm::dot(from_middle(t.x), glm::cross(from_middle(t.y), from_middle(t.z)));
+    volume += part;
+    total += std::abs(part);
+  }
+  return std::abs(volume) <= 1e-6 * total ? 0 : volume > 0.0 ? 1 : -1;
+}
+
 /// A mesh as it is uploaded.
 struct PreparedMesh {
   explicit PreparedMesh(const Mesh& source)
-      : mesh(in_spatial_order(source)), topology(build_topology(mesh)), orientation(solid_orientation(mesh, topology)) {}
+      : mesh(in_spatial_order(source)),
+        topology(build_topology(mesh)),
+        orientation(solid_orientation(mesh, topology)),
+        winding(winding_of(mesh, topology)) {}
   Mesh mesh;
   Topology topology;
-  int orientation;
+  int orientation, winding;
 };
 
 /// The elements of all meshes so far, with scene-wide indices.
@@ -47,15 +75,6 @@ struct Elements {
     for (const std::uint32_t e : topology.vertex_edges) vertex_edges.push_back(e + edge0);
   }
 };
-
-Bounds bounds_of(const Mesh& mesh) {
-  Bounds bounds{glm::dvec3(1e300), glm::dvec3(-1e300)};
-  for (const glm::vec3& p : mesh.positions) {
-    bounds.low = glm::min(bounds.low, glm::dvec3(p));
-    bounds.high = glm::max(bounds.high, glm::dvec3(p));
-  }
-  return bounds;
-}
 
 std::uint32_t edge_records_of(const Topology& topology) {
   std::uint32_t count = 0;
@@ -97,6 +116,7 @@ ResidentScene ResidentScene::upload(const DeviceImpl& device, const Scene& scene
     resident.edges.push_back(range(elements.edges.size(), part.topology.edges.size()));
     resident.bounds.push_back(bounds_of(part.mesh));
     resident.orientations.push_back(part.orientation);
+    resident.windings.push_back(part.winding);
     resident.edge_record_count += edge_records_of(part.topology);
     elements.append(part, m);
   }
@@ -124,15 +144,18 @@ DrawList draw_list(const DeviceImpl& device, const ResidentScene& resident, cons
   DrawList list;
   list.view = view;
   std::vector<HsTransform> transforms;
-  std::vector<cl_uint> cull;
-  for (const PlacedMesh& mesh : placed) {
+  std::vector<cl_uint> cull, away;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const PlacedMesh& mesh = placed[i];
     transforms.push_back(transform_rows(view_from_world * mesh.world_from_local));
     cull.push_back(hidden_faces(mesh, view_from_world, view.znear));
+    const double handedness = resident.windings[i] * glm::determinant(glm::dmat3(mesh.world_from_local));
+    away.push_back(handedness > 0.0 ? HS_CULL_POSITIVE : handedness < 0.0 ? HS_CULL_NEGATIVE : HS_CULL_NONE);
   }
   list.transforms = upload<HsTransform>(device, transforms, "transforms");
   list.vertices = blocks_of(device, resident.vertices, drawn);
   list.triangles = blocks_of(device, resident.triangles, drawn, cull);
-  list.caster_triangles = blocks_of(device, resident.triangles, casters);
+  list.caster_triangles = blocks_of(device, resident.triangles, casters, away);
   list.caster_edges = blocks_of(device, resident.edges, casters);
   return list;
 }

@@ -26,6 +26,7 @@ struct ResidentScene {
   std::uint32_t edge_record_count = 0;
   std::vector<Bounds> bounds;
   std::vector<int> orientations;        ///< of each mesh: solid_orientation
+  std::vector<int> windings;            ///< of each mesh: +1 outwards, -1 inwards, 0 unknown, be it closed or not
   Buffer<cl_float> positions;           ///< [3 * vertex_count]
   Buffer<cl_uint> triangle_corners;     ///< [3 * triangle_count], scene-wide vertices
   Buffer<cl_uint> face_meshes;          ///< [triangle_count]

@@ -34,13 +34,18 @@ typedef struct {
   hs_uint first;  // element in the scene-wide array
   hs_uint count;  // 1 .. HS_BLOCK_SIZE
   hs_uint mesh;   // index of the scene's mesh
-  hs_uint cull;   // of triangles: HS_CULL_
+  hs_uint cull;   // of triangles that are drawn: HS_CULL_; of casters' triangles: HS_CULL_ of the side (orient_faces) that the
+                  // faces turned away from the light have, HS_CULL_NONE where the mesh does not tell inside from outside
 } HsBlock;
 // Triangles that a view need not draw, by the sign of their area in its pixels (y down): a solid seen from outside hides the
 // faces that turn away.
 #define HS_CULL_NONE 0u
 #define HS_CULL_POSITIVE 1u
 #define HS_CULL_NEGATIVE 2u
+
+// What orient_faces says of a face.
+#define HS_SIDE 1u
+#define HS_SIDE_AWAY 2u
 
 // Rows of view_from_mesh. The view is the camera's or a light's; row_w divides the others. It is (0, 0, 0, 1) but for directional
 // lights: their view space is a projective image of the world that turns them into the disc of a light at its origin, so that
@@ -68,15 +73,17 @@ typedef struct {
 //   edge:   from a to b; the outward normal is (t.y, -t.x) with t = (b - a)/|b - a|
 //   corner: about a; covers r = p - a with r.h0 >= 0 and r.h1 >= 0, h0 = (b.x, b.y), h1 = (b.d, c); an inner one lies on the
 //           covered side, and belongs to inner fins alone
-// layer is 0 unless fins are drawn in layers.
-// d is 1/z, linear along a projected edge.
+// layer is 0 unless fins are drawn in layers. narrow: 0, or how wide the caster is there, where that is less than its penumbrae
+// can be: 1 + its width in 1/HS_NARROW_STEPS texel. d is 1/z, linear along a projected edge.
 typedef struct {
   float ax, ay, ad;
   float bx, by, bd;
   float c;
-  hs_uint kind_and_layer;  // kind | layer << HS_FEATURE_KIND_BITS
+  hs_uint kind_and_layer;  // kind | layer << HS_FEATURE_KIND_BITS | narrow << HS_FEATURE_NARROW_SHIFT
 } HsFeature;
 #define HS_FEATURE_KIND_BITS 2
+#define HS_FEATURE_NARROW_SHIFT 13  // behind HS_MAX_LAYERS
+#define HS_NARROW_STEPS 512
 #define HS_FEATURE_EDGE 0u
 #define HS_FEATURE_CORNER 1u
 #define HS_FEATURE_INNER_CORNER 2u
@@ -86,10 +93,11 @@ typedef struct {
 // are binned to, HS_TILE texels wide: the map's own, or, where receivers are listed tile by tile, overlapping by a texel, so that
 // every 2x2 footprint lies in one.
 typedef struct {
-  float radius_px;        // light radius R in light map texels at unit distance
-  float width_px;         // 0 where the width follows from the radius
-  hs_uint two_sided;      // 1: inner fins too
-  hs_uint drop_hidden;    // 1: no features for silhouettes that their own caster hides; 2: that anything hides
+  float radius_px;      // light radius R in light map texels at unit distance
+  float width_px;       // 0 where the width follows from the radius
+  hs_uint two_sided;    // 1: inner fins too
+  hs_uint drop_hidden;  // 1: no features for silhouettes that their own caster, or what abuts it, hides; 2: that anything hides;
+                        // and casters narrower than their penumbrae know their width
   float sphere_q_per_px;  // light map units a texel where the light is a sphere, else 0: see sphere_q in silhouettes/fin_shape.h
   hs_uint tile_step;      // texels from tile to tile: HS_TILE or one less
   hs_uint tiles_x, tiles_y;

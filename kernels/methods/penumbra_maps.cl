@@ -25,7 +25,10 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
       const vfloat d_f = d - max(delta_px, 0.0f) * inverse_radius;
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (d_f > d_r);
       // (1/d_f - 1/d) / (1/d_r - 1/d) over one denominator.
-      const vfloat intensity = (d - d_f) * d_r / ((d - d_r) * d_f);
+      vfloat intensity = (d - d_f) * d_r / ((d - d_r) * d_f);
+      // A caster narrower than its penumbra darkens by its share of that.
+      if (feature.width_px < INFINITY)
+        intensity = 1.0f - (1.0f - intensity) * min(feature.width_px / (shape.radius_px * (d - d_r)), 1.0f);
       v_store(v_select(v_load(darkest + slot), min(v_load(darkest + slot), intensity), shadows), darkest + slot);
     })
     // Falloffs rise, so the darkest stays the darkest.

@@ -9,9 +9,13 @@
 // 1 - b/r at a texel, with b = 1/d the fin's depth and r = 1/d_receiver the receiver's, and alpha' = alpha / (1 - b/r) (Chan &
 // Durand 2003 Eq. 1). Both vanish at contact, where the penumbra has no width: a fin texel with b >= r lies behind the surface
 // and is dropped before.
-HS_INLINE vfloat smoothie_alpha(const HsFinShape shape, vfloat distance_px, vfloat d, vfloat d_receiver) {
+// A caster narrower than its penumbra is wide there darkens by its share of that.
+HS_INLINE vfloat smoothie_alpha(const HsFinShape shape, const TileFeature* f, vfloat distance_px, vfloat d, vfloat d_receiver) {
   const vfloat beyond = d - d_receiver;
-  return shape.width_px > 0.0f ? distance_px * d / (shape.width_px * beyond) : distance_px / (shape.radius_px * beyond);
+  if (f->width_px == INFINITY)
+    return shape.width_px > 0.0f ? distance_px * d / (shape.width_px * beyond) : distance_px / (shape.radius_px * beyond);
+  const vfloat per_px = shape.width_px > 0.0f ? d / (shape.width_px * beyond) : 1.0f / (shape.radius_px * beyond);
+  return 1.0f - (1.0f - distance_px * per_px) * min(f->width_px * per_px, 1.0f);
 }
 
 // Chan & Durand 2003 §3 step 4 and §3.1.
@@ -31,7 +35,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     view.d_far = load_receivers(view, tile, shadow_map, d_receiver);
     HS_FOR_FEATURE_TEXELS(tile, , {
       const vfloat d_r = v_load(d_receiver + slot);
-      const vfloat alpha = smoothie_alpha(shape, max(delta_px, 0.0f), d, d_r);
+      const vfloat alpha = smoothie_alpha(shape, &feature, max(delta_px, 0.0f), d, d_r);
       const vint shadows = inside & (delta_px >= -HS_SLACK_PX) & (d > d_r) & (alpha < 1.0f);
       v_store(v_select(v_load(nearest_d + slot), max(v_load(nearest_d + slot), d), shadows), nearest_d + slot);
       v_store(v_select(v_load(min_alpha + slot), min(v_load(min_alpha + slot), alpha), shadows), min_alpha + slot);

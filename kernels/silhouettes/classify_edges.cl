@@ -4,7 +4,8 @@
 
 // sides: uchar a triangle, one bit for the side of its plane that the light is on: 1 where n . (light - a) >= 0 for n formed in
 // light space, whose axes are left-handed (for an outward face of a solid, 1 is turned away). Decided here, once, and read by
-// every edge: whatever rounding does to a face seen edge-on, silhouettes form closed loops.
+// every edge: whatever rounding does to a face seen edge-on, silhouettes form closed loops. A second bit, HS_SIDE_AWAY, is for
+// the side of the surface: whether the face is turned away from the light, where its mesh's winding tells inside from outside.
 __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* triangles, __global const float4* vertices_ls,
                            __global uchar* sides) {
   const HsBlock block = blocks[get_group_id(0)];
@@ -13,7 +14,9 @@ __kernel void orient_faces(__global const HsBlock* blocks, __global const uint* 
     const uint3 corner = vload3(triangle, triangles);
     float3 anchor;
     const float3 n = face_normal(vertices_ls[corner.x].xyz, vertices_ls[corner.y].xyz, vertices_ls[corner.z].xyz, &anchor);
-    sides[triangle] = dot(n, anchor) <= 0.0f;
+    const bool side = dot(n, anchor) <= 0.0f;
+    const bool away = block.cull != HS_CULL_NONE && side == (block.cull == HS_CULL_POSITIVE);
+    sides[triangle] = (side ? HS_SIDE : 0) | (away ? HS_SIDE_AWAY : 0);
   }
 }
 
@@ -30,7 +33,7 @@ __kernel void classify_edges(__global const HsBlock* blocks, __global const uint
     int m = 0;
     for (uint i = edge_face_offsets[edge]; i < edge_face_offsets[edge + 1]; ++i) {
       const uint face = edge_faces[i];
-      const bool along = (face & 1) == 0, towards = sides[face >> 1] != 0;
+      const bool along = (face & 1) == 0, towards = (sides[face >> 1] & HS_SIDE) != 0;
       m += along == towards ? 1 : -1;
     }
     multiplicities[edge] = (char)clamp(m, -127, 127);

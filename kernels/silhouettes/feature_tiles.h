@@ -28,6 +28,7 @@ typedef struct {
   int4 span_is_low;
   uint kind;
   bool inner;          // it has an inner fin
+  float width_px;      // of its caster: feature_width_px
   int x0, y0, x1, y1;  // texels of the tile that it may reach, inclusive
 } TileFeature;
 
@@ -42,6 +43,7 @@ HS_INLINE TileFeature set_up_feature(const HsView view, const HsFinShape shape, 
   t.d_low = t.d_high = f.ad;
   t.kind = f.kind_and_layer & ((1u << HS_FEATURE_KIND_BITS) - 1u);
   t.inner = t.kind != HS_FEATURE_OUTER_EDGE;
+  t.width_px = feature_width_px(f);
   if (t.kind == HS_FEATURE_OUTER_EDGE) t.kind = HS_FEATURE_EDGE;
   t.t = (float2)(0.0f);
   t.h0 = (float2)(f.bx, f.by);
@@ -201,8 +203,7 @@ HS_INLINE bool is_written(const HsFinShape shape, __global const uint* offsets) 
 HS_INLINE bool next_feature(const FeatureTile* tile, uint i, uint tiles_x, __global const uint* refs,
                             __global const ushort4* rects, __global const HsFeature* features, HsFeature* f) {
   *f = features[tile->overflow ? i : refs[i]];
-  return !tile->overflow ||
-         (rect_has(rects[i], get_group_id(0), tiles_x) && f->kind_and_layer >> HS_FEATURE_KIND_BITS == tile->layer);
+  return !tile->overflow || (rect_has(rects[i], get_group_id(0), tiles_x) && feature_layer(*f) == tile->layer);
 }
 
 // tile_near_fins: uchar a tile: 1 if a 2x2 footprint that begins in the tile can meet a feature's texel. That is where features

@@ -12,6 +12,16 @@ HS_INLINE float reach_px(const HsFinShape shape, float d, float d_far) {
   return shape.width_px > 0.0f ? shape.width_px * beyond / d : shape.radius_px * beyond;
 }
 
+HS_INLINE uint feature_layer(const HsFeature f) {
+  return (f.kind_and_layer & ((1u << HS_FEATURE_NARROW_SHIFT) - 1u)) >> HS_FEATURE_KIND_BITS;
+}
+
+// How wide the caster of a feature is there, in texels; INFINITY where that is as far as its penumbrae reach.
+HS_INLINE float feature_width_px(const HsFeature f) {
+  const uint narrow = f.kind_and_layer >> HS_FEATURE_NARROW_SHIFT;
+  return narrow == 0 ? INFINITY : (float)narrow * (1.0f / HS_NARROW_STEPS);
+}
+
 // How far before its silhouette the lit side of a caster may lie: nothing known, so several times as far as the penumbra is wide
 // there, which holds for a sphere no larger than that, and for gently sloping surfaces. By trial.
 #define HS_CASTER_DEPTH 7.0f

@@ -193,5 +193,18 @@ TEST_F(Features, FinsAtVerticesWithManyEdgesDoNotDependOnTheOrderOfVertices) {
   }
 }
 
+TEST_F(Features, EdgesThatComeNearTheLightsPlaneStayNearTheMap) {
+  // With a near plane next to the light, a vertex there lies a thousand million texels away.
+  const HsView view = straight_view(*runner_.device, {64, 64}, 32.0f, 1e-9f);
+  Mesh mesh;
+  mesh.positions = {{0.2f, 0, 2}, {0.5f, 0.1f, 2}, {0.4f, 0.3f, 1e-8f}};
+  mesh.triangles = {{0, 1, 2}};
+  const Built built = build(runner_, view, mesh, fin_shape(10));
+  ASSERT_EQ(built.edges.size(), 3u);
+  for (const HsFeature& edge : built.edges)
+    for (const float px : {edge.ax, edge.ay, edge.bx, edge.by}) EXPECT_LE(std::abs(px), 5.0f * HS_GUARD_PX);
+  for (const HsFeature& corner : built.corners) EXPECT_LE(std::abs(corner.ax), 5.0f * HS_GUARD_PX);
+}
+
 }  // namespace
 }  // namespace halfshade

@@ -160,5 +160,95 @@ TEST_F(ShadowFins, AnyNumberOfLayersDraws) {
   }
 }
 
+// ---- all methods with fins --------------------------------------------------------------------------------------------------
+
+constexpr Method fin_methods[] = {Method::smoothies, Method::penumbra_maps, Method::fins, Method::layered_fins};
+
+/// The light that a wire of this width takes from the floor, in pixels; and the least visibility.
+std::pair<double, float> taken_by_wire(const KernelRunner& runner, Method method, double width) {
+  Scene scene = box_over_floor({128, 128});
+  scene.meshes[1] = placed("wire", box_mesh(), {0, 1.2, 0}, {width, width, 3}, {0, 31, 0});
+  const Frame frame = draw_frame(runner.device, scene, {.method = method});
+  double taken = 0.0;
+  float least = 1.0f;
+  for (std::size_t i = 0; i < frame.visibility[0].size(); ++i) {
+    if (frame.position_ws[i].w == 0.0f || frame.position_ws[i].y > 0.01f) continue;
+    taken += 1.0 - frame.visibility[0][i];
+    least = std::min(least, frame.visibility[0][i]);
+  }
+  return {taken, least};
+}
+
+TEST_F(ShadowFins, ACasterWithoutWidthCastsNothing) {
+  for (const Method method : fin_methods)
+    for (const double width : {1e-4, 1e-6, 1e-9}) {
+      const auto [taken, least] = taken_by_wire(runner_, method, width);
+      EXPECT_LE(taken, 3.0) << name_of(method) << " " << width;
+      EXPECT_GE(least, width < 1e-5 ? 0.98f : 0.0f) << name_of(method) << " " << width;
+    }
+}
+
+TEST_F(ShadowFins, DarknessFallsWithACastersWidth) {
+  for (const Method method : fin_methods) {
+    double wider = 1e300;
+    for (const double width : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125, 0.006}) {
+      const double taken = taken_by_wire(runner_, method, width).first;
+      EXPECT_LT(taken, 0.85 * wider) << name_of(method) << " " << width;
+      wider = taken;
+    }
+    EXPECT_LT(wider, 100.0) << name_of(method);
+  }
+}
+
+TEST_F(ShadowFins, PiecesOfOneWallCastItsShadow) {
+  // A wall that the light looks at aslant, of one piece and of two that abut, or run into one another.
+  Scene whole = box_over_floor({160, 160});
+  whole.lights[0].position = {0.3, 3, 3};
+  whole.camera.position = {-1.5, 3, -4.5};
+  whole.camera.target = {0, 0.2, -1};
+  whole.meshes[1] = placed("wall", box_mesh(), {0, 0.5, 0}, {2, 1, 0.2});
+  Scene halves = whole;
+  halves.meshes[1] = placed("a", box_mesh(), {-0.5, 0.5, 0}, {1, 1, 0.2});
+  halves.meshes.push_back(placed("b", box_mesh(), {0.5, 0.5, 0}, {1, 1, 0.2}));
+  Scene overlapping = halves;
+  overlapping.meshes[1] = placed("a", box_mesh(), {-0.475, 0.5, 0}, {1.05, 1, 0.2});
+  for (const Method method : fin_methods) {
+    const Frame one = draw_frame(runner_.device, whole, {.method = method});
+    for (const Scene& scene : {halves, overlapping}) {
+      const Frame two = draw_frame(runner_.device, scene, {.method = method});
+      for (std::size_t i = 0; i < one.visibility[0].size(); ++i)
+        ASSERT_NEAR(one.visibility[0][i], two.visibility[0][i], 0.02) << name_of(method) << " " << i;
+    }
+  }
+}
+
+TEST_F(ShadowFins, LayersDoNotDependOnWinding) {
+  // Two boxes that share an edge, and one beneath: no solid, by their topology.
+  std::vector<glm::dvec3> corners;
+  std::vector<glm::uvec3> triangles;
+  const auto add = [&](const glm::dvec3& low, const glm::dvec3& high) {
+    const std::shared_ptr<const Mesh> box = box_mesh();
+    const auto first = static_cast<std::uint32_t>(corners.size());
+    for (const glm::vec3& p : box->positions) corners.push_back(low + (glm::dvec3(p) + 0.5) * (high - low));
+    for (const glm::uvec3& t : box->triangles) triangles.push_back(t + first);
+  };
+  add({-0.5, 0, -0.2}, {0.5, 0.3, 0.2});
+  add({0.2, 0.3, -0.2}, {0.5, 1.2, 0.2});
+  add({-0.9, 0.05, 0.3}, {-0.6, 0.35, 0.9});
+  Scene scene = box_over_floor({160, 160});
+  scene.meshes[1] =
+      placed("l", std::make_shared<Mesh>(make_mesh("l", corners, triangles)), {0, 0.7, 0}, glm::dvec3(1), {10, 30, 5});
+  Scene reversed = scene;
+  for (glm::uvec3& t : triangles) std::swap(t.y, t.z);
+  reversed.meshes[1].mesh = std::make_shared<Mesh>(make_mesh("l", corners, triangles));
+  for (const unsigned layers : {0u, 16u}) {
+    Settings settings{.method = Method::layered_fins};
+    if (layers > 0) settings.layers = layers;
+    const Frame a = draw_frame(runner_.device, scene, settings), b = draw_frame(runner_.device, reversed, settings);
+    for (std::size_t i = 0; i < a.visibility[0].size(); ++i)
+      ASSERT_NEAR(a.visibility[0][i], b.visibility[0][i], 1e-3) << layers << " " << i;
+  }
+}
+
 }  // namespace
 }  // namespace halfshade

@@ -5,8 +5,8 @@
 #include "raster/triangles.h"
 
 // other_casters: uint a texel: a caster_bit for the surface that the light sees, and for each face beneath it that is turned to
-// the light; in tiles that share texels with one that holds fins. sides: see orient_faces; 1 for faces that cast no shadow, too:
-// light space is left-handed, so that a face which is turned to the light has 0.
+// the light, or may be; in tiles that share texels with one that holds fins. sides: see orient_faces; HS_SIDE_AWAY for faces that
+// cast no shadow, too.
 __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_casters(
     const HsView view, const HsFinShape shape, HS_ARGS_TRIANGLE_TILES, HS_ARGS_TRIANGLES, __global const uchar* sides,
     __global const float* shadow_map, __global const float* caster_range, __global const uchar* near,
@@ -23,7 +23,7 @@ __kernel __attribute__((reqd_work_group_size(HS_TILE_ITEMS, 1, 1))) void raster_
     for (int i = 0; i < HS_TILE_STORAGE; ++i) casters[i] = 0;
 
     HS_FOR_TILE_TRIANGLES(triangle) {
-      if (sides[triangle]) continue;
+      if (sides[triangle] & HS_SIDE_AWAY) continue;
       const uint3 corner = vload3(triangle, triangles);
       TileTriangle t;
       HS_FOR_PIECES(view, corner, vertices_vs, vertices_px, tile_px, t) {

@@ -68,10 +68,15 @@ typedef struct {
 #define HS_EDGE_PX 1.0f
 
 // Which of two overlapping fins counts: the one with the greater weight, or with the smaller. Equal weights go to the nearer fin,
-// so that the order of features does not matter.
+// and of equal depths to one direction, so that the order of features does not matter.
 HS_INLINE void keep_fin(vint candidate, bool greater, vfloat s, vfloat d, vfloat nx, vfloat ny, HS_SHARED Fins* kept, int slot) {
   const vfloat old_s = v_load(kept->s + slot), old_d = v_load(kept->d + slot);
-  const vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
+  vint wins = candidate & ((old_d == 0.0f) | (greater ? s > old_s : s < old_s) | ((s == old_s) & (d > old_d)));
+  const vint equal = candidate & (s == old_s) & (d == old_d);
+  if (v_any(equal)) {
+    const vfloat old_nx = v_load(kept->nx + slot), old_ny = v_load(kept->ny + slot);
+    wins |= equal & ((nx > old_nx) | ((nx == old_nx) & (ny > old_ny)));
+  }
   if (v_any(wins)) {
     v_store(v_select(old_s, s, wins), kept->s + slot);
     v_store(v_select(old_d, d, wins), kept->d + slot);
@@ -130,8 +135,8 @@ typedef struct {
   vfloat inner_s, outer_s;
 } FinWeights;
 
-HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, float d_farthest, float own_depth, bool inner,
-                                 const FinPlace* p, vfloat d_receiver) {
+HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, float d_farthest, float own_depth,
+                                 const TileFeature* f, const FinPlace* p, vfloat d_receiver) {
   FinWeights w;
   const vfloat distance_px = fabs(p->delta_px);
   const vfloat s = 0.5f - 0.5f * distance_px / (shape.radius_px * (p->d - view.d_far));
@@ -140,16 +145,20 @@ HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, floa
   // counts for what lies deeper, unless the surface is its own caster's. Beneath another caster the map does not say on which
   // side of the silhouette a texel lies, and neither fin reaches over to the other's.
   vint matters = p->d > d_receiver;
-  vfloat over_px = (vfloat)(HS_EDGE_PX);
+  // Nor does a fin reach over a caster that is narrower than that: the other side's is there.
+  vfloat over_px = (vfloat)(min(HS_EDGE_PX, 0.5f * f->width_px));
   if (own_depth < INFINITY && !v_all(matters)) {
     const vint beneath = 1.0f / p->d - 1.0f / d_receiver > own_depth;
     matters |= beneath;
     over_px = v_select(over_px, (vfloat)(0.0f), beneath);
   }
-  w.is_inner = inner ? in_fin & (p->delta_px < over_px) : (vint)(0);
+  w.is_inner = f->inner ? in_fin & (p->delta_px < over_px) : (vint)(0);
   w.is_outer = in_fin & (p->delta_px > -over_px) & matters;
   w.inner_s = v_select(s, (vfloat)(0.5f), p->delta_px >= 0.0f);
   w.outer_s = v_select(s, (vfloat)(0.5f), p->delta_px <= 0.0f);
+  // The inner fin of a narrow caster's other side leaves its share of what lies along its edges; beyond their ends there is none.
+  if (f->kind == HS_FEATURE_CORNER && f->width_px < INFINITY)
+    w.outer_s *= min(f->width_px / (shape.radius_px * (p->d - view.d_far)), 1.0f);
   return w;
 }
 
@@ -157,7 +166,8 @@ HS_INLINE FinWeights fin_weights(const HsView view, const HsFinShape shape, floa
 HS_INLINE void keep_second(vint candidate, vfloat s, vfloat d, vfloat c, HS_SHARED SecondFins* kept, int slot) {
   const vfloat old_s = v_load(kept->s + slot), old_d = v_load(kept->d + slot), old_c = v_load(kept->c + slot);
   const vfloat adds = s * (1.0f - c), added = old_s * (1.0f - old_c);
-  const vint wins = candidate & ((old_d == 0.0f) | (adds > added) | ((adds == added) & (d > old_d)));
+  const vint wins =
+      candidate & ((old_d == 0.0f) | (adds > added) | ((adds == added) & ((d > old_d) | ((d == old_d) & (s > old_s)))));
   v_store(v_select(old_s, s, wins), kept->s + slot);
   v_store(v_select(old_d, d, wins), kept->d + slot);
   v_store(v_select(old_c, c, wins), kept->c + slot);
@@ -286,8 +296,7 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
         cells |= row_cells(span.x, span.y, y);
         const int slot = y * HS_TILE + x;
         const FinPlace p = fin_place(&feature, x, y);
-        const FinWeights w =
-            fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        const FinWeights w = fin_weights(view, shape, bounded.d_far, own_depth, &feature, &p, v_load(d_receiver + HS_SLOT(x, y)));
         keep_fin(w.is_inner, !layers.faithful, w.inner_s, p.d, p.nx, p.ny, &fins->inner, slot);
         keep_fin(w.is_outer, true, w.outer_s, p.d, p.nx, p.ny, &fins->outer, slot);
         if (casters != 0 && v_any(w.is_inner)) {
@@ -310,8 +319,7 @@ HS_INLINE uint draw_tile_fins(const HsView view, const HsView bounded, const HsF
       const vint inner = other_direction(&p, inner_c, &fins->inner, slot) & (p.delta_px < 0.0f);
       const vint outer = other_direction(&p, outer_c, &fins->outer, slot) & (p.delta_px > 0.0f);
       if (v_any(inner | outer)) {
-        const FinWeights w =
-            fin_weights(view, shape, bounded.d_far, own_depth, feature.inner, &p, v_load(d_receiver + HS_SLOT(x, y)));
+        const FinWeights w = fin_weights(view, shape, bounded.d_far, own_depth, &feature, &p, v_load(d_receiver + HS_SLOT(x, y)));
         keep_second(inner & w.is_inner, w.inner_s, p.d, inner_c, &fins->inner2, slot);
         keep_second(outer & w.is_outer, w.outer_s, p.d, outer_c, &fins->outer2, slot);
       }
