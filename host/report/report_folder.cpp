@@ -11,6 +11,7 @@
 #include "image/image_io.hpp"
 #include "report/report_csv.hpp"
 #include "report/report_page.hpp"
+#include "scene/limits.hpp"
 #include "scene/read_file.hpp"
 
 namespace halfshade {
@@ -31,7 +32,7 @@ ReportFolder::ReportFolder(fs::path folder, Json head) : folder_(std::move(folde
 void ReportFolder::read_earlier() {
   const fs::path path = folder_ / "report.json";
   if (!fs::exists(path)) return;
-  const Json before = Json::parse(read_file(path, "a report"), nullptr, false);
+  const Json before = Json::parse(read_file(path, "a report", limits::report_bytes), nullptr, false);
   if (!before.is_object() || before.value("complete", true)) return;
   // Only what the same program has measured is kept. Kernels read from a folder can be any.
   if (const char* folder = std::getenv("HALFSHADE_KERNELS"); folder && *folder) return;

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "scene/limits.hpp"
 #include "scene/read_file.hpp"
 
 namespace halfshade {
@@ -51,7 +52,7 @@ std::string report_page(const Json& report, const std::filesystem::path& folder)
   collect_pictures(report, names);
   Json pictures = Json::object();
   for (const std::string& name : names)
-    pictures[name] = "data:image/png;base64," + base64_of(read_file(folder / name, "a picture"));
+    pictures[name] = "data:image/png;base64," + base64_of(read_file(folder / name, "a picture", limits::report_bytes));
   std::string page(report_page_template());
   // Pictures first: nothing in base64 looks like the other place.
   fill(page, "{{pictures.json}}", for_script(pictures));

@@ -16,9 +16,9 @@
 
 namespace halfshade {
 
-/// The file's bytes. `what` says what the file should be ("an OBJ file"). Throws InputError.
-inline std::string read_file(const std::filesystem::path& path, std::string_view what) {
-  constexpr std::uintmax_t max_bytes = std::uintmax_t{4} << 30;
+/// The file's bytes. `what` says what the file should be ("an OBJ file"). Throws InputError, also where there are more than
+/// `max_bytes`.
+inline std::string read_file(const std::filesystem::path& path, std::string_view what, std::uintmax_t max_bytes) {
   const std::string name = path.string();
 
   std::error_code error;
@@ -38,7 +38,8 @@ inline std::string read_file(const std::filesystem::path& path, std::string_view
   }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (!error && size > max_bytes) {
-    throw InputError(fmt::format("{}: expected a file of at most 4 GiB (found {} bytes); split it", name, size));
+    throw InputError(
+        fmt::format("{}: expected {} of at most {} MiB (found {} bytes); split it", name, what, max_bytes >> 20, size));
   }
 
   errno = 0;

@@ -10,6 +10,7 @@
 #include "scene/animation.hpp"
 #include "scene/json_node.hpp"
 #include "scene/light_json.hpp"
+#include "scene/limits.hpp"
 #include "scene/placement.hpp"
 #include "scene/read_file.hpp"
 
@@ -152,7 +153,7 @@ Animation read_animation(const Node& node, const Scene& scene, std::string_view 
 
 Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture) {
   const std::string file = path.string();
-  const nlohmann::json json = parse_json(read_file(path, "a scene file"), file);
+  const nlohmann::json json = parse_json(read_file(path, "a scene file", limits::scene_bytes), file);
   const Node root(json, file, "");
   root.object({"meshes", "camera", "lights", "ambient", "animation"});
 
