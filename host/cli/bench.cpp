@@ -145,8 +145,7 @@ void print_table(const MethodTimes& times) {
 void run_bench(const BenchOptions& options) {
   const std::vector<Settings> all_settings = options.draw.settings(default_methods);
   const auto repeats = static_cast<std::size_t>(parse_integer("--repeat", options.repeat, 1, 100'000));
-  const Scene loaded = options.target.load(options.scene_path);
-  const Scene scene = scene_at_frame(loaded, loaded.animation.first_frame);
+  const Scene scene = options.target.load_first_frame(options.scene_path);
 
   const Clock::time_point begin = Clock::now();
   const std::shared_ptr<Device> device = options.target.open_device();

@@ -15,6 +15,7 @@
 #include "image/image_io.hpp"
 #include "report/error_figures.hpp"
 #include "report/figures_json.hpp"
+#include "scene/picture_names.hpp"
 
 namespace halfshade {
 namespace {
@@ -32,17 +33,17 @@ struct ChannelFigures {
   ErrorFigures figures;
 };
 
-/// "key" of "shadow_key.Y"; empty for other channels.
-std::string light_of_channel(const std::string& channel) {
-  constexpr std::string_view prefix = "shadow_", suffix = ".Y";
-  if (!channel.starts_with(prefix) || !channel.ends_with(suffix)) return {};
-  return channel.substr(prefix.size(), channel.size() - prefix.size() - suffix.size());
+std::vector<std::string> channel_names(const ExrImage& image) {
+  std::vector<std::string> names = image.channel_names;
+  std::ranges::sort(names);
+  return names;
 }
 
-std::vector<std::string> channel_names(const ExrImage& image) {
-  std::vector<std::string> names;
-  for (const auto& [name, plane] : image.channels) names.push_back(name);
-  return names;
+/// Whether a channel may have a part in what is compared.
+bool is_wanted(std::string_view channel, const CompareOptions& options) {
+  if (channel.starts_with("P.") || channel.starts_with("N.")) return true;
+  return options.channels.empty() ? !light_of_channel(channel).empty()
+                                  : std::ranges::find(options.channels, channel) != options.channels.end();
 }
 
 const std::vector<float>& channel_of(const ExrImage& image, const std::string& channel, const std::string& path) {
@@ -79,7 +80,7 @@ ChannelFigures compare_channel(const ExrImage& a, const ExrImage& b, const std::
   const std::vector<float>& truth = channel_of(b, channel, options.b.string());
   ChannelFigures result{channel, "all pixels", {}};
   std::optional<std::vector<PixelKind>> kinds;
-  if (const std::string light = light_of_channel(channel); !light.empty()) {
+  if (const std::string light(light_of_channel(channel)); !light.empty()) {
     kinds = kinds_from(b, light, options.b.string());
     if (!kinds) kinds = kinds_from(a, light, options.a.string());
     if (kinds) result.pixels = fmt::format("pixels facing light '{}'", light);
@@ -153,7 +154,8 @@ void check_limit(const std::vector<ChannelFigures>& all, double limit, const Com
 void run_compare(const CompareOptions& options) {
   const bool has_limit = !options.fail_rmse.empty();
   const double limit = has_limit ? parse_limit(options.fail_rmse) : 0.0;
-  const ExrImage a = read_exr(options.a), b = read_exr(options.b);
+  const auto choice = [&](std::string_view channel) { return is_wanted(channel, options); };
+  const ExrImage a = read_exr(options.a, choice), b = read_exr(options.b, choice);
   if (a.resolution != b.resolution) {
     throw InputError(fmt::format("{}: expected a picture of {}x{}, as {} is (found {}x{})", options.a.string(), b.resolution.x,
                                  b.resolution.y, options.b.string(), a.resolution.x, a.resolution.y));

@@ -3,15 +3,16 @@
 #include <fmt/format.h>
 
 #include "scene/light_json.hpp"
+#include "scene/picture_names.hpp"
 
 namespace halfshade {
 
 std::pair<std::string, std::string> light_metadata(const Light& light) {
-  return {"light." + light.name, json_of(light)};
+  return {light_attribute(light.name), json_of(light)};
 }
 
 std::optional<Light> light_from_metadata(const ExrImage& image, const std::string& name, const std::string& where) {
-  const auto found = image.metadata.find("light." + name);
+  const auto found = image.metadata.find(light_attribute(name));
   if (found == image.metadata.end()) return {};
   try {
     Light light = light_from_json(found->second, where);

@@ -1,16 +1,22 @@
 // halfshade, the program: reads the command line, runs one sub-command, and turns exceptions into messages and exit codes.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/progress.hpp"
 #include "halfshade/halfshade.hpp"
-#include "image/image_io.hpp"
+#include "image/whole_file.hpp"
 
 namespace {
 
@@ -36,8 +42,28 @@ void clean_up_when_stopped() {
 }
 
 int fail(ExitCode code, std::string_view message) {
-  fmt::print(stderr, "halfshade: {}\n", message);
+  halfshade::print_message(fmt::format("halfshade: {}\n", message));
   return code;
+}
+
+/// What was asked for is on stdout, or the work has failed.
+int end_of_output(int code) {
+  std::cout.flush();
+  const bool is_written = std::cout.good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  return is_written ? code : fail(work_failed, "stdout: cannot be written; is it closed, or the disk full?");
+}
+
+/// A stream that whoever started the program has closed would be the first file that it opens, and take what is printed. Into
+/// stderr's place goes one that takes everything, into the others' one that refuses.
+void occupy_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) {
+      const int null = open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+      if (null >= 0 && null != stream) {
+        dup2(null, stream);
+        close(null);
+      }
+    }
 }
 
 /// Describes every command to the parser.
@@ -68,21 +94,25 @@ void add_commands(CLI::App& program) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
+  occupy_closed_streams();
   clean_up_when_stopped();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file too large is an error of write(), with a message
+  std::signal(SIGXFSZ, SIG_IGN);  // a file too large, and a reader that has gone, are errors of write(), with a message
+  std::signal(SIGPIPE, SIG_IGN);
 
   CLI::App program("Soft shadows from area lights, computed with OpenCL", "halfshade");
   add_commands(program);
   if (argument_count < 2) {
-    fmt::print(stderr, "{}", program.help());
+    halfshade::print_message(program.help());
     return bad_usage_or_input;
   }
 
   try {
     program.parse(argument_count, arguments);
-    return std::fflush(stdout) == 0 ? done : fail(work_failed, "stdout: cannot be written; is the disk full?");
+    return end_of_output(done);
   } catch (const CLI::Success& asked_for_help) {
-    return program.exit(asked_for_help);
+    return end_of_output(program.exit(asked_for_help));
+  } catch (const std::system_error& error) {  // of fmt::print
+    return std::ferror(stdout) ? end_of_output(done) : fail(work_failed, error.what());
   } catch (const CLI::ParseError& error) {
     const auto chosen = program.get_subcommands();
     const std::vector<std::string> unknown = program.remaining();

@@ -1,6 +1,5 @@
 #include "cli/progress.hpp"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -12,25 +11,30 @@ constexpr const char* erased_line = "\r\x1b[K";
 
 }  // namespace
 
+void print_message(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+  std::clearerr(stderr);
+}
+
 Progress::Progress(bool quiet) : quiet_(quiet), on_terminal_(isatty(STDERR_FILENO) != 0) {}
 
 void Progress::now(const std::string& text) {
   if (quiet_ || !on_terminal_) return;
-  fmt::print(stderr, "{}{}", erased_line, text);
-  std::fflush(stderr);
+  print_message(erased_line + text);
 }
 
 void Progress::done(const std::string& text) {
-  if (!quiet_ && !on_terminal_) fmt::print(stderr, "{}\n", text);
+  if (!quiet_ && !on_terminal_) print_message(text + '\n');
 }
 
 void Progress::note(const std::string& text) {
   clear();
-  if (!quiet_) fmt::print(stderr, "{}\n", text);
+  if (!quiet_) print_message(text + '\n');
 }
 
 void Progress::clear() {
-  if (!quiet_ && on_terminal_) fmt::print(stderr, "{}", erased_line);
+  if (!quiet_ && on_terminal_) print_message(erased_line);
 }
 
 }  // namespace halfshade

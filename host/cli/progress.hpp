@@ -5,6 +5,9 @@
 
 namespace halfshade {
 
+/// Writes to stderr, as far as that is possible: no work fails because nobody can be told of it.
+void print_message(const std::string& text);
+
 /// The progress of a command; the line is gone when this is.
 class Progress {
  public:

@@ -13,15 +13,17 @@
 
 #include "cli/commands.hpp"
 #include "cli/draw_options.hpp"
+#include "cli/frame_files.hpp"
 #include "cli/light_metadata.hpp"
-#include "cli/parse.hpp"
 #include "cli/progress.hpp"
 #include "cli/target_options.hpp"
 #include "halfshade/halfshade.hpp"
 #include "image/image_io.hpp"
+#include "image/whole_file.hpp"
 #include "light/light_model.hpp"
 #include "methods/option.hpp"
 #include "report/timing.hpp"
+#include "scene/animation.hpp"
 
 namespace halfshade {
 namespace {
@@ -41,22 +43,6 @@ struct RenderOptions {
   std::string frames;
   bool png = false, half = false, light_buffers = false, stats = false, quiet = false;
 };
-
-struct FrameRange {
-  int first, last;
-};
-
-/// "A-B" or "A"; without, the scene's own range.
-FrameRange frame_range(const std::string& text, const Animation& animation) {
-  if (text.empty()) return {animation.first_frame, animation.last_frame};
-  constexpr int max_frame = 1'000'000;
-  const std::vector<std::string> ends = split(text, '-');
-  if (ends.size() > 2) throw InputError(fmt::format("--frames: expected A-B or A, as 1-48 (found '{}')", text));
-  const auto frame = [](const std::string& end) { return static_cast<int>(parse_integer("--frames", end, 0, max_frame)); };
-  const FrameRange range{frame(ends.front()), frame(ends.back())};
-  if (range.last < range.first) throw InputError(fmt::format("--frames: expected A-B with A <= B (found '{}')", text));
-  return range;
-}
 
 /// Before any work, for a long one must not fail at its end.
 void prepare_folder(const fs::path& folder) {
@@ -117,21 +103,21 @@ void write_light_buffers(const fs::path& folder, const std::string& stem, Render
       }
       Metadata light_metadata = metadata;
       light_metadata.emplace_back("light", name);
-      write_light_buffers_exr(folder / fmt::format("{}.{}.exr", stem, name), buffers, light_metadata);
+      write_light_buffers_exr(folder / FrameFiles::light_buffers(stem, lights[light].name, faces[face]), buffers, light_metadata);
     }
   }
 }
 
 /// Draws a frame by one method and writes what is asked for. Returns the frame's file.
-fs::path render_frame(const RenderOptions& options, Renderer& renderer, const Device& device, const Scene& posed,
-                      int frame_number, const Settings& settings, Progress& progress, double& render_ms) {
+fs::path render_frame(const RenderOptions& options, const FrameFiles& files, Renderer& renderer, const Device& device,
+                      const Scene& posed, int frame_number, const Settings& settings, Progress& progress, double& render_ms) {
   const Clock::time_point begin = Clock::now();
   renderer.render(settings);
   render_ms = ms_since(begin);
 
   const Frame frame = renderer.read_frame();
   const Metadata metadata = frame_metadata(options, settings, posed, frame_number, device.info(), render_ms);
-  const std::string stem = fmt::format("{}.{}.{:04}", posed.name, name_of(settings.method), frame_number);
+  const std::string stem = files.stem(settings.method, frame_number);
   const fs::path path = options.folder / (stem + ".exr");
   std::vector<std::string> light_names;
   for (const Light& light : posed.lights) light_names.push_back(light.name);
@@ -149,7 +135,11 @@ void run_render(const RenderOptions& options) {
   const std::vector<Settings> all_settings = options.draw.settings(default_method());
   const Scene scene = options.target.load(options.scene_path);
   const FrameRange range = frame_range(options.frames, scene.animation);
+  const FrameFiles files(scene, options.png, options.light_buffers);
+  check_frames(scene, range.first, range.last, options.scene_path.string());
+  files.check_lengths(all_settings, range.last);
   prepare_folder(options.folder);
+  remove_abandoned_files(options.folder, [&](std::string_view name) { return files.has(name, all_settings, range); });
   const std::shared_ptr<Device> device = options.target.open_device();
   Renderer renderer(device);
 
@@ -165,7 +155,7 @@ void run_render(const RenderOptions& options) {
       progress.now(fmt::format("{}/{}: frame {}, {}{}", done + 1, steps, frame_number, name_of(settings.method),
                                time_left_text(begin, done_fraction)));
       double render_ms = 0.0;
-      const fs::path path = render_frame(options, renderer, *device, posed, frame_number, settings, progress, render_ms);
+      const fs::path path = render_frame(options, files, renderer, *device, posed, frame_number, settings, progress, render_ms);
       progress.done(fmt::format("{}/{}: {} ({:.1f} ms)", ++done, steps, path.string(), render_ms));
     }
   }

@@ -61,8 +61,7 @@ void run_report(const ReportArguments& arguments, const std::string& command) {
   candidates(options.candidates);   // refuses unknown names
   std::vector<ReportInput> inputs;  // all read before any is measured: a long run must not fail at its end
   for (const fs::path& path : arguments.scenes) {
-    const Scene loaded = arguments.target.load(path);
-    inputs.push_back({path, scene_at_frame(loaded, loaded.animation.first_frame)});
+    inputs.push_back({path, arguments.target.load_first_frame(path)});
   }
   Progress progress;
   ReportEvents events;

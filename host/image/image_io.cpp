@@ -2,29 +2,21 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <functional>
-#include <mutex>
+#include <new>
 #include <set>
+
+#include "image/exr_header.hpp"
+#include "image/whole_file.hpp"
+#include "scene/limits.hpp"
+#include "scene/picture_names.hpp"
 
 namespace halfshade {
 namespace {
-
-constexpr std::string_view metadata_prefix = "halfshade:";
-
-// -------------------------------------------------------------------------------------------------------- whole files
-
-// The temporary file that is being written, if any. Locked wherever one appears or goes.
-std::mutex unfinished_mutex;
-const std::filesystem::path* unfinished_path = nullptr;
 
 /// The image library's messages can span lines; ours do not.
 std::string one_line(std::string text) {
@@ -33,66 +25,10 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string reason(int error) {
-  return std::strerror(error);
-}
-
-/// The temporary file. Whatever way the writing ends, it is gone afterwards: renamed or removed.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
-    const std::lock_guard lock(unfinished_mutex);
-    for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
-      path_ = target.parent_path() / fmt::format(".{}.{}.{}.part", target.filename().string(), getpid(), attempt);
-      descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor_ < 0 && errno != EEXIST) fail(errno);
-    }
-    unfinished_path = &path_;
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    if (descriptor_ >= 0) close(descriptor_);
-    const std::lock_guard lock(unfinished_mutex);
-    if (unfinished_path) unlink(path_.c_str());
-    unfinished_path = nullptr;
-  }
-
-  void write_all(std::span<const unsigned char> bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail(errno);
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-  }
-
-  /// Some file systems tell of a full disk only when the data is forced out or the file is closed.
-  void finish() {
-    if (fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);
-    const int closed = close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0) fail(errno);
-    const std::lock_guard lock(unfinished_mutex);
-    if (rename(path_.c_str(), target_.c_str()) != 0) fail(errno);
-    unfinished_path = nullptr;
-  }
-
- private:
-  [[noreturn]] void fail(int error) const {
-    constexpr std::array not_allowed = {EACCES, EPERM, EROFS, ENOENT, ENOTDIR, EISDIR, ENAMETOOLONG, ELOOP};
-    if (std::find(not_allowed.begin(), not_allowed.end(), error) != not_allowed.end()) {
-      throw InputError(fmt::format("{}: cannot be written ({}); choose another output folder", target_.string(), reason(error)));
-    }
-    throw DeviceError(fmt::format("{}: writing failed ({}); nothing of it was kept: make room or choose another output folder",
-                                  target_.string(), reason(error)));
-  }
-
-  std::filesystem::path target_, path_;
-  int descriptor_ = -1;
-};
-
 // ----------------------------------------------------------------------------------------------------------- encoding
+
+/// The largest number of 16 bits; what is larger would become infinite.
+constexpr float max_half = 65504.0f;
 
 struct Channel {
   std::string name;
@@ -150,11 +86,62 @@ void write_channels_exr(const std::filesystem::path& path, glm::uvec2 resolution
     const std::size_t end = begin + static_cast<std::size_t>(rows) * resolution.x;
     for (std::size_t c = 0; c < channels.size(); ++c) {
       for (std::size_t pixel = begin; pixel < end; ++pixel) {
-        out[(pixel - begin) * channels.size() + c] = channels[c].value(pixel);
+        const float value = channels[c].value(pixel);
+        out[(pixel - begin) * channels.size() + c] = channels[c].half ? std::clamp(value, -max_half, max_half) : value;
       }
     }
   };
   write_file_whole(path, encode<float>(path, spec, fill_rows));
+}
+
+/// Channels of a file, in its order: those from `first` to `last` (not included) hold all that are wanted.
+struct ChannelRange {
+  int first = 0, last = 0;
+  std::size_t wanted_count = 0;
+  std::vector<bool> is_wanted;
+};
+
+ChannelRange range_of(std::span<const std::string> names, const ChannelChoice& is_wanted) {
+  ChannelRange range;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    range.is_wanted.push_back(is_wanted(names[c]));
+    if (!range.is_wanted.back()) continue;
+    if (range.wanted_count++ == 0) range.first = static_cast<int>(c);
+    range.last = static_cast<int>(c) + 1;
+  }
+  return range;
+}
+
+/// Reads the wanted channels, some rows at a time. Returns whether all went well.
+bool read_channels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, const ChannelRange& range, ExrImage& image) {
+  constexpr std::size_t values_at_once = std::size_t{16} << 20;
+  const auto width = static_cast<std::size_t>(spec.width), count = static_cast<std::size_t>(range.last - range.first);
+  for (int c = range.first; c < range.last; ++c)
+    if (range.is_wanted[static_cast<std::size_t>(c)])
+      image.channels[spec.channelnames[static_cast<std::size_t>(c)]].reserve(width * static_cast<std::size_t>(spec.height));
+  if (count == 0) return true;
+
+  const bool is_tiled = spec.tile_width > 0;
+  const int rows_at_once =
+      is_tiled ? spec.tile_height : static_cast<int>(std::clamp<std::size_t>(values_at_once / (width * count), 1, 64));
+  std::vector<float> pixels;
+  for (int y = 0; y < spec.height; y += rows_at_once) {
+    const int rows = std::min(rows_at_once, spec.height - y), begin = spec.y + y, end = begin + rows;
+    pixels.resize(width * static_cast<std::size_t>(rows) * count);
+    const bool is_read = is_tiled
+                             ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, 0, 1, range.first, range.last,
+                                                OIIO::TypeFloat, pixels.data())
+                             : input.read_scanlines(0, 0, begin, end, 0, range.first, range.last, OIIO::TypeFloat, pixels.data());
+    if (!is_read) return false;
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::size_t channel = static_cast<std::size_t>(range.first) + c;
+      if (!range.is_wanted[channel]) continue;
+      // Appended, so that a file that ends early takes no more memory than it has pixels.
+      std::vector<float>& plane = image.channels[spec.channelnames[channel]];
+      for (std::size_t i = c; i < pixels.size(); i += count) plane.push_back(pixels[i]);
+    }
+  }
+  return true;
 }
 
 float srgb_from_linear(float linear) {
@@ -163,17 +150,6 @@ float srgb_from_linear(float linear) {
 }
 
 }  // namespace
-
-void write_file_whole(const std::filesystem::path& path, std::span<const unsigned char> bytes) {
-  TemporaryFile file(path);
-  file.write_all(bytes);
-  file.finish();
-}
-
-void stop_writing() noexcept {
-  unfinished_mutex.lock();
-  if (unfinished_path) unlink(unfinished_path->c_str());
-}
 
 void write_frame_exr(const std::filesystem::path& path, const Frame& frame, std::span<const std::string> light_names, bool half,
                      const Metadata& metadata) {
@@ -189,7 +165,7 @@ void write_frame_exr(const std::filesystem::path& path, const Frame& frame, std:
   };
   add_vector("", "RGB", frame.rgb, half);
   for (std::size_t light = 0; light < light_names.size(); ++light) {
-    add_scalar(fmt::format("shadow_{}.Y", light_names[light]), frame.visibility.at(light), half);
+    add_scalar(visibility_channel(light_names[light]), frame.visibility.at(light), half);
   }
   add_vector("P.", "XYZ", frame.position_ws, false);
   add_vector("N.", "XYZ", frame.normal_ws, false);
@@ -237,42 +213,62 @@ void write_light_buffers_exr(const std::filesystem::path& path, const LightBuffe
   write_channels_exr(path, buffers.resolution, channels, all);
 }
 
-ExrImage read_exr(const std::filesystem::path& path) {
+ExrImage read_exr(const std::filesystem::path& path, const ChannelChoice& is_wanted) {
   const auto fail = [&](std::string_view found) {
     throw InputError(fmt::format("{}: expected a whole EXR picture ({}); give a file that halfshade render has written",
                                  path.string(), found));
   };
   if (!std::filesystem::exists(path)) fail("no such file");
   if (!std::filesystem::is_regular_file(path)) fail("not a file");
+  const ExrHeader header = read_exr_header(path);
+  const ChannelRange range = range_of(header.channels, is_wanted);
+  const std::size_t pixel_count = std::size_t{header.resolution.x} * header.resolution.y;
+  if (range.wanted_count * pixel_count > limits::exr_values)
+    throw InputError(
+        fmt::format("{}: expected at most {} values to read (found {} channels of {}x{} pixels); choose fewer channels",
+                    path.string(), limits::exr_values, range.wanted_count, header.resolution.x, header.resolution.y));
+
   // The format is named, so that nothing but EXR is ever decoded.
   const auto input = OIIO::ImageInput::create("openexr");
   if (!input) fail(one_line(OIIO::geterror()));
   OIIO::ImageSpec spec;
   if (!input->open(path.string(), spec)) fail(one_line(input->geterror()));
-  if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1) fail("deep, or without pixels");
+  if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1 ||
+      glm::uvec2(spec.width, spec.height) != header.resolution)
+    fail("deep, or without pixels");
 
-  const std::size_t channel_count = static_cast<std::size_t>(spec.nchannels);
-  const std::size_t row_values = static_cast<std::size_t>(spec.width) * channel_count;
-  const std::size_t pixel_count = static_cast<std::size_t>(spec.width) * spec.height;
-  std::vector<float> interleaved(row_values * spec.height);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, interleaved.data())) fail(one_line(input->geterror()));
+  const ChannelRange read_range = range_of(spec.channelnames, is_wanted);
+  if (spec.tile_width > 0 && std::size_t(read_range.last - read_range.first) * spec.tile_height * spec.width > limits::exr_values)
+    fail("a row of tiles that is too large");
 
   ExrImage image;
-  image.resolution = {spec.width, spec.height};
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    std::vector<float>& plane = image.channels[spec.channelnames[c]];
-    plane.resize(pixel_count);
-    for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) plane[pixel] = interleaved[pixel * channel_count + c];
+  image.resolution = header.resolution;
+  image.channel_names = spec.channelnames;
+  try {
+    if (!read_channels(*input, spec, read_range, image)) fail(one_line(input->geterror()));
+  } catch (const std::bad_alloc&) {
+    throw DeviceError(fmt::format("{}: {} channels of {}x{} pixels do not fit into memory; choose fewer with --channel",
+                                  path.string(), range.wanted_count, header.resolution.x, header.resolution.y));
   }
+  for (const auto& [name, plane] : image.channels)
+    if (plane.size() != pixel_count) fail("two channels of one name");
   for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    const std::string name = attribute.name().string();
-    if (name.starts_with(metadata_prefix)) image.metadata[name.substr(metadata_prefix.size())] = attribute.get_string();
+    const std::string_view name(attribute.name().c_str());
+    if (name.starts_with(metadata_prefix))
+      image.metadata[std::string(name.substr(metadata_prefix.size()))] = attribute.get_string();
   }
   return image;
 }
 
 std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::path& path) {
-  const ExrImage image = read_exr(path);
+  if (std::filesystem::is_regular_file(path)) {
+    const glm::uvec2 size = read_exr_header(path).resolution;
+    if (std::size_t{size.x} * size.y > limits::texels)
+      throw InputError(fmt::format("{}: expected a light's picture of at most {} pixels (found {}x{}); make it smaller",
+                                   path.string(), limits::texels, size.x, size.y));
+  }
+  const ExrImage image =
+      read_exr(path, [](std::string_view name) { return name == "R" || name == "G" || name == "B" || name == "Y"; });
   const auto channel = [&](const char* name) -> const std::vector<float>& {
     const auto found = image.channels.find(name), grey = image.channels.find("Y");
     if (found != image.channels.end()) return found->second;
@@ -283,6 +279,7 @@ std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::pa
   texture->name = path.filename().string();
   texture->resolution = image.resolution;
   const std::vector<float>&red = channel("R"), &green = channel("G"), &blue = channel("B");
+  texture->texels.reserve(red.size());
   for (std::size_t i = 0; i < red.size(); ++i) texture->texels.emplace_back(red[i], green[i], blue[i]);
   return texture;
 }

@@ -1,14 +1,15 @@
 // Frames and light buffers as image files. Belongs to the command line: the library itself reads and writes no pictures.
 //
-// Files appear whole or not at all. A picture is encoded in memory, where the image library cannot meet a full disk, then written
-// under a temporary name in the target folder with every call checked, and renamed when all of it has reached the disk.
+// A picture is encoded in memory, where the image library cannot meet a full disk, and then written as one (whole_file.hpp).
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -41,22 +42,20 @@ void write_light_buffers_exr(const std::filesystem::path& path, const LightBuffe
 /// An EXR file in memory.
 struct ExrImage {
   glm::uvec2 resolution{0, 0};
-  std::map<std::string, std::vector<float>> channels;  ///< by name; row-major, first row at the top
+  std::vector<std::string> channel_names;              ///< of all channels of the file
+  std::map<std::string, std::vector<float>> channels;  ///< those that were wanted, by name; row-major, first row at the top
   std::map<std::string, std::string> metadata;         ///< those under "halfshade:", without the prefix
 };
 
-/// Reads every pixel of an EXR file. Throws InputError for what is not a whole EXR file.
-ExrImage read_exr(const std::filesystem::path& path);
+/// Which channels are wanted, by name.
+using ChannelChoice = std::function<bool(std::string_view name)>;
+
+/// Reads every pixel of the wanted channels of an EXR file. Throws InputError for what is not a whole EXR file or larger than
+/// limits.hpp allows, before it takes memory for it.
+ExrImage read_exr(
+    const std::filesystem::path& path, const ChannelChoice& is_wanted = [](std::string_view) { return true; });
 
 /// A light's texture from an EXR file with channels R, G and B, or Y alone. Throws InputError.
 std::shared_ptr<const LightTexture> read_light_texture(const std::filesystem::path& path);
-
-/// Writes a file so that it appears whole or not at all. Throws InputError where the folder does not let it be made, DeviceError
-/// where writing fails.
-void write_file_whole(const std::filesystem::path& path, std::span<const unsigned char> bytes);
-
-/// Removes the temporary file that is being written at this moment, if any, and lets nobody begin or finish another: whoever
-/// tries waits for the program's end. From any thread, but not from a signal handler.
-void stop_writing() noexcept;
 
 }  // namespace halfshade

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "scene/limits.hpp"
+
 namespace halfshade {
 
 // A kind that is named in the public header and has no file of its own is named by the linker.
@@ -24,16 +26,18 @@ bool is_not_negative(double value) {
   return std::isfinite(value) && value >= 0.0;
 }
 
-template <class V>
-bool is_color(const V& v) {
-  return is_not_negative(v.x) && is_not_negative(v.y) && is_not_negative(v.z);
-}
-
-constexpr Rule<glm::vec3> is_color_rule{is_color<glm::vec3>, "finite numbers of at least 0"};
+constexpr Rule<glm::vec3> is_color_rule{[](const glm::vec3& v) {
+                                          return glm::all(glm::greaterThanEqual(v, glm::vec3(0.0f))) &&
+                                                 glm::all(glm::lessThanEqual(v, glm::vec3(limits::light_color)));
+                                        },
+                                        "finite numbers of at least 0 and at most 1e9"};
+static_assert(limits::light_color == 1e9 && limits::intensity == 1e9, "as the rules say");
+constexpr Rule<double> is_intensity_rule{[](const double& v) { return v >= 0.0 && v <= limits::intensity; },
+                                         "a finite number of at least 0 and at most 1e9"};
 
 constexpr LightKey common_keys[] = {
     light_key("color", &Light::color, &is_color_rule, Presence::optional, Motion::fixed),
-    light_key("intensity", &Light::intensity, &is_not_negative_rule, Presence::optional, Motion::animated),
+    light_key("intensity", &Light::intensity, &is_intensity_rule, Presence::optional, Motion::animated),
 };
 
 template <class Enum>

@@ -6,7 +6,7 @@
 namespace halfshade {
 namespace {
 
-constexpr unsigned default_samples = 64, max_samples = 1u << 20;
+constexpr unsigned default_samples = 64, max_samples = 1u << 16;
 
 constexpr Option options[] = {light_res_option,
                               number<&Settings::samples, 1, max_samples, default_samples>(

@@ -7,8 +7,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n") == text.npos) return text;
+/// A cell of text. Spreadsheets take one that begins with certain characters for a formula and run it, unless an apostrophe is
+/// first (OWASP, "CSV Injection").
+std::string csv_field(std::string text) {
+  const bool is_formula = text.find_first_of("=+-@\t\r") == 0;
+  if (is_formula) text.insert(0, 1, '\'');
+  if (!is_formula && text.find_first_of(",\"\n\r") == text.npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + '"';
@@ -16,7 +20,7 @@ std::string csv_field(const std::string& text) {
 
 std::string csv_value(const Json& value) {
   if (value.is_null()) return "";
-  return csv_field(value.is_string() ? value.get<std::string>() : value.dump());
+  return value.is_string() ? csv_field(value.get<std::string>()) : value.dump();
 }
 
 std::string header_row(const Json& result) {

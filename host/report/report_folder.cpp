@@ -9,8 +9,10 @@
 
 #include "halfshade/halfshade.hpp"
 #include "image/image_io.hpp"
+#include "image/whole_file.hpp"
 #include "report/report_csv.hpp"
 #include "report/report_page.hpp"
+#include "scene/json_node.hpp"
 #include "scene/limits.hpp"
 #include "scene/read_file.hpp"
 
@@ -26,13 +28,18 @@ ReportFolder::ReportFolder(fs::path folder, Json head) : folder_(std::move(folde
     throw InputError(fmt::format("{}: expected an output folder that can be written to ({}); choose another with -o",
                                  folder_.string(), error ? error.message() : "no permission"));
   }
+  remove_abandoned_files(
+      folder_, [](std::string_view name) { return name == "report.json" || name == "report.csv" || name == "index.html"; });
+  remove_abandoned_files(folder_ / "pictures", [](std::string_view name) { return name.ends_with(".png"); });
   read_earlier();
 }
 
 void ReportFolder::read_earlier() {
   const fs::path path = folder_ / "report.json";
   if (!fs::exists(path)) return;
-  const Json before = Json::parse(read_file(path, "a report", limits::report_bytes), nullptr, false);
+  const std::string text = read_file(path, "a report", limits::report_bytes);
+  if (place_too_deep(text)) return;  // no report of this program
+  const Json before = Json::parse(text, nullptr, false);
   if (!before.is_object() || before.value("complete", true)) return;
   // Only what the same program has measured is kept. Kernels read from a folder can be any.
   if (const char* folder = std::getenv("HALFSHADE_KERNELS"); folder && *folder) return;

@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "image/image_io.hpp"
+#include "image/whole_file.hpp"
 #include "light/light_model.hpp"
 #include "light/samples.hpp"
 #include "report/parallel.hpp"
@@ -100,6 +100,7 @@ void write_values(const fs::path& path, const std::vector<float>& values) {
   std::vector<unsigned char> bytes(checksum.begin(), checksum.end());
   const auto* begin = reinterpret_cast<const unsigned char*>(values.data());
   bytes.insert(bytes.end(), begin, begin + values.size() * sizeof(float));
+  remove_abandoned_files(path.parent_path(), [&](std::string_view name) { return name == path.filename(); });
   write_file_whole(path, bytes);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "scene/limits.hpp"
 #include "scene/placement.hpp"
 #include "scene/suggestion.hpp"
 
@@ -136,10 +137,11 @@ Property<Scene> property_of(Scene& scene, std::string_view target, std::string_v
 
 void check_animation(const Scene& scene, std::string_view where) {
   const Animation& animation = scene.animation;
-  if (animation.last_frame < animation.first_frame) {
-    Checker{where, "animation"}.fail("frames", "a last frame that is not before the first",
-                                     fmt::format("[{}, {}]", animation.first_frame, animation.last_frame));
-  }
+  const auto frames = [&] { return fmt::format("[{}, {}]", animation.first_frame, animation.last_frame); };
+  if (animation.first_frame < -limits::last_frame || animation.last_frame > limits::last_frame)
+    Checker{where, "animation"}.fail("frames", fmt::format("frames from -{0} to {0}", limits::last_frame), frames());
+  if (animation.last_frame < animation.first_frame)
+    Checker{where, "animation"}.fail("frames", "a last frame that is not before the first", frames());
   for (const auto& [name, placement] : animation.placements) {
     const std::string list = fmt::format("animation.placements[{}]", shown(nlohmann::json(name)));
     check({where, list}, placement);
@@ -153,8 +155,7 @@ void check_animation(const Scene& scene, std::string_view where) {
   }
 }
 
-Scene scene_at_frame(const Scene& scene, int frame) {
-  Scene result = scene;
+void pose(Scene& scene, int frame) {
   for (const Track& track : scene.animation.tracks) {
     if (track.keys.empty()) continue;
     const glm::dvec3 value = value_at(track, frame);
@@ -163,12 +164,17 @@ Scene scene_at_frame(const Scene& scene, int frame) {
           if constexpr (!std::is_same_v<P, std::monostate>)
             *typed.value = value_as<std::remove_cvref_t<decltype(*typed.value)>>(value);
         },
-        property_of(result, track.target, "animation track"));
+        property_of(scene, track.target, "animation track"));
   }
-  for (SceneMesh& mesh : result.meshes) {
-    const auto placed = result.animation.placements.find(mesh.name);
-    if (placed != result.animation.placements.end()) mesh.world_from_mesh = matrix_of(placed->second);
+  for (SceneMesh& mesh : scene.meshes) {
+    const auto placed = scene.animation.placements.find(mesh.name);
+    if (placed != scene.animation.placements.end()) mesh.world_from_mesh = matrix_of(placed->second);
   }
+}
+
+Scene scene_at_frame(const Scene& scene, int frame) {
+  Scene result = scene;
+  pose(result, frame);
   return result;
 }
 

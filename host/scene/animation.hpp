@@ -32,6 +32,13 @@ Property<Scene> property_of(Scene& scene, std::string_view target, std::string_v
 /// The part before the last dot of "<object>.<member>".
 std::string_view object_of(std::string_view target);
 
+/// Applies a scene's tracks to itself.
+void pose(Scene& scene, int frame);
+
+/// Throws InputError for the first frame of a range that cannot be drawn, as where a scale passes through 0 or a camera through
+/// its target. The message begins with `where` and names frame and tracks.
+void check_frames(const Scene& scene, int first, int last, std::string_view where);
+
 /// Throws InputError for tracks that cannot be played.
 void check_animation(const Scene& scene, std::string_view where);
 

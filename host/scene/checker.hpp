@@ -14,8 +14,6 @@
 
 namespace halfshade {
 
-constexpr unsigned max_resolution_px = 16384;
-
 template <class T>
 bool is_finite(const glm::vec<3, T>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -66,9 +64,11 @@ struct Checker {
   }
 
   template <class T>
-  void color(std::string_view member, const T& value) const {
+  void color(std::string_view member, const T& value, double max) const {
     finite(member, value);
-    expect(value.x >= 0 && value.y >= 0 && value.z >= 0, member, value, "numbers of at least 0");
+    const auto is_valid = [max](double part) { return part >= 0.0 && part <= max; };
+    expect(is_valid(value.x) && is_valid(value.y) && is_valid(value.z), member, value,
+           fmt::format("numbers of at least 0 and at most {:g}", max));
   }
 
   void scale(std::string_view member, const glm::dvec3& value) const {

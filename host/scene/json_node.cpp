@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "scene/limits.hpp"
 #include "scene/suggestion.hpp"
 
 namespace halfshade {
@@ -17,7 +18,32 @@ std::string shown(const Json& value) {
   return text;
 }
 
+std::optional<std::string> place_too_deep(std::string_view text) {
+  std::size_t depth = 0, line = 1, line_begin = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > limits::json_depth) return fmt::format("line {}, column {}", line, i - line_begin + 1);
+    } else if (c == ']' || c == '}') {
+      depth -= depth > 0;
+    } else if (c == '\n') {
+      ++line;
+      line_begin = i + 1;
+    }
+  }
+  return {};
+}
+
 Json parse_json(const std::string& text, const std::string& file) {
+  if (const std::optional<std::string> place = place_too_deep(text))
+    throw InputError(
+        fmt::format("{}: {}: expected arrays and objects at most {} deep (found one deeper)", file, *place, limits::json_depth));
   // The parser keeps the last of two equal keys and says nothing; it tells us of each key, though.
   std::vector<std::set<std::string>> open_objects;
   std::string last_key;

@@ -20,7 +20,12 @@ namespace halfshade {
 /// A value as a message can show it: on one line and not too long.
 std::string shown(const nlohmann::json& value);
 
-/// The value of a JSON text. Throws InputError, which names `file`, line and column, for what is no JSON or has a key twice.
+/// Where a JSON text nests deeper than limits::json_depth, if it does: "line 1, column 65". Whoever walks over values by
+/// recursion, as dump() does, would run out of stack.
+std::optional<std::string> place_too_deep(std::string_view text);
+
+/// The value of a JSON text. Throws InputError, which names `file`, line and column, for what is no JSON or nests too deeply, and
+/// for an object with a key twice.
 nlohmann::json parse_json(const std::string& text, const std::string& file);
 
 /// A JSON value that knows where it stands, so that whatever is wrong with it is reported with file and place.

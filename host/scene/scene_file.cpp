@@ -13,6 +13,7 @@
 #include "scene/limits.hpp"
 #include "scene/placement.hpp"
 #include "scene/read_file.hpp"
+#include "scene/scene_folder.hpp"
 
 namespace halfshade {
 namespace {
@@ -32,13 +33,12 @@ class MeshFiles {
   std::map<std::filesystem::path, std::shared_ptr<const Mesh>> loaded_;
 };
 
-SceneMesh read_mesh(const Node& node, const std::filesystem::path& folder, MeshFiles& files, const std::string& file,
+SceneMesh read_mesh(const Node& node, const SceneFolder& folder, MeshFiles& files, const std::string& file,
                     Placement& placement) {
   node.object({"name", "path", "translation", "rotation_deg", "scale", "casts_shadow", "receives_shadow", "base_color"});
   std::string path;
   node.require("path", path);
-  if (std::ranges::any_of(path, [](unsigned char c) { return c < 0x20; }))
-    node.at("path").fail("a path without control characters");
+  const std::filesystem::path mesh_file = folder.file_at(node.at("path"));
   SceneMesh mesh;
   mesh.name = std::filesystem::path(path).stem().string();
   node.read("name", mesh.name);
@@ -51,7 +51,7 @@ SceneMesh read_mesh(const Node& node, const std::filesystem::path& folder, MeshF
   node.read("receives_shadow", mesh.receives_shadow);
   node.read("base_color", mesh.base_color);
   try {
-    mesh.mesh = files.load(folder / path);
+    mesh.mesh = files.load(mesh_file);
   } catch (const InputError& error) {
     // The meshes of Debian's glmark2-data are too good to pass by and not ours to ship.
     const bool is_package = path.starts_with("/usr/share/glmark2/") && !std::filesystem::exists(path);
@@ -74,20 +74,18 @@ Camera read_camera(const Node& node) {
   return camera;
 }
 
-std::shared_ptr<const LightTexture> read_light_texture(const Node& node, const std::filesystem::path& folder,
+std::shared_ptr<const LightTexture> read_light_texture(const Node& node, const SceneFolder& folder,
                                                        const LightTextureReader& read_texture) {
-  const auto path = node.as<std::string>();
-  if (std::ranges::any_of(path, [](unsigned char c) { return c < 0x20; })) node.fail("a path without control characters");
+  const std::filesystem::path path = folder.file_at(node);
   if (!read_texture) node.fail("no texture", "; this program reads no pictures");
   try {
-    return read_texture(folder / path);
+    return read_texture(path);
   } catch (const InputError& error) {
     node.fail(fmt::format("an EXR picture with channels R, G and B, or Y: {}", error.what()));
   }
 }
 
-Light read_light(const Node& node, std::string default_name, const std::filesystem::path& folder,
-                 const LightTextureReader& read_texture) {
+Light read_light(const Node& node, std::string default_name, const SceneFolder& folder, const LightTextureReader& read_texture) {
   Light light;
   light.type = read_light_type(node.object().at("type"));
   const std::vector<std::string_view> known = known_light_keys(light.type);
@@ -149,27 +147,35 @@ Animation read_animation(const Node& node, const Scene& scene, std::string_view 
   return animation;
 }
 
+/// The items of the array at a key.
+std::vector<Node> items_at(const Node& root, std::string_view key, std::size_t max_count) {
+  std::vector<Node> items = root.at(key).items();
+  if (items.size() > max_count)
+    root.at(key).fail(fmt::format("at most {} items", max_count), fmt::format("; there are {}", items.size()));
+  return items;
+}
+
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture) {
+Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture, ScenePaths allowed) {
   const std::string file = path.string();
   const nlohmann::json json = parse_json(read_file(path, "a scene file", limits::scene_bytes), file);
   const Node root(json, file, "");
   root.object({"meshes", "camera", "lights", "ambient", "animation"});
+  const SceneFolder folder(path, allowed);
 
   Scene scene;
   scene.name = path.stem().string();
   scene.camera = read_camera(root.at("camera"));
   if (root.has("lights")) {
-    for (const Node& node : root.at("lights").items()) {
-      scene.lights.push_back(read_light(node, fmt::format("light{}", scene.lights.size()), path.parent_path(), read_texture));
-    }
+    for (const Node& node : items_at(root, "lights", limits::scene_lights))
+      scene.lights.push_back(read_light(node, fmt::format("light{}", scene.lights.size()), folder, read_texture));
   }
   root.read("ambient", scene.ambient);
   MeshFiles files;
   std::vector<Placement> placements;
-  for (const Node& node : root.at("meshes").items())
-    scene.meshes.push_back(read_mesh(node, path.parent_path(), files, file, placements.emplace_back()));
+  for (const Node& node : items_at(root, "meshes", limits::scene_meshes))
+    scene.meshes.push_back(read_mesh(node, folder, files, file, placements.emplace_back()));
   if (root.has("animation")) {
     for (std::size_t i = 0; i < placements.size(); ++i)
       scene.animation.placements.insert_or_assign(scene.meshes[i].name, placements[i]);

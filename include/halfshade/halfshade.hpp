@@ -151,7 +151,7 @@ struct LightTexture {
 /// An area light. No falloff with distance: intensity is what a surface facing the light receives.
 /// Which methods know a rectangle is said at MethodInfo::any_shape; the others throw InputError.
 struct Light {
-  std::string name = {};                 ///< letters, digits, _ and -: it becomes part of image channel names
+  std::string name = {};                 ///< letters, digits, _ and -, at most 246: it becomes part of image channel names
   LightType type = LightType::spot;      ///< which of the members below count
   glm::dvec3 position{0.0, 5.0, 0.0};    ///< spot, point
   glm::dvec3 target{0.0};                ///< spot
@@ -162,7 +162,7 @@ struct Light {
   double angular_radius_deg = 0.2665;    ///< directional; 0 <= angle < 45; by default the sun's
   double cone_deg = 60.0;                ///< spot: full angle of the square frustum, 0 < cone_deg < 175
   glm::vec3 color{1.0f};                 ///< linear
-  double intensity = 1.0;                ///< times color: what a surface that faces the light receives
+  double intensity = 1.0;                ///< times color, both at most 1e9: what a surface that faces the light receives
   LightShape shape = LightShape::disc;   ///< of spots; others are discs
   glm::dvec2 size{0.0};  ///< of a rectangle: width and height, along the frustum's right and up; (0, 0) is a point
   /// On a rectangle: its points are as bright as this, times color and intensity. The light's visibility is then the fraction of
@@ -189,7 +189,7 @@ struct Track {
 
 /// What moves, and over which frames.
 struct Animation {
-  int first_frame = 1;        ///< of the range that is rendered by default
+  int first_frame = 1;        ///< of the range that is rendered by default, from -1,000,000 to 1,000,000
   int last_frame = 1;         ///< the last of the range
   std::vector<Track> tracks;  ///< at most one a target
   /// Of the meshes that tracks move, by name: what scene_at_frame makes their world_from_mesh of. load_scene fills it.
@@ -209,9 +209,15 @@ struct Scene {
 /// Reads a light's texture. The library itself reads no pictures.
 using LightTextureReader = std::function<std::shared_ptr<const LightTexture>(const std::filesystem::path& path)>;
 
+/// Which files a scene file may name. Those of its own folder and below, or, where some folder above holds a file
+/// `.halfshade-root`, those of the nearest such folder and below; and what packages have installed in /usr/share. Links are
+/// followed first. Or any: for scene files whose origin is trusted.
+enum class ScenePaths { inside, anywhere };
+
 /// Reads a scene file (JSON, see README) and the meshes it names, each once. Throws InputError, also for a light with a texture
-/// where no reader is given.
-Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture = {});
+/// where no reader is given, and for a path that leads to where it may not.
+Scene load_scene(const std::filesystem::path& path, const LightTextureReader& read_texture = {},
+                 ScenePaths allowed = ScenePaths::inside);
 
 /// The scene with its animation tracks applied at `frame`. Throws InputError for a track whose target the scene does not have.
 Scene scene_at_frame(const Scene& scene, int frame);

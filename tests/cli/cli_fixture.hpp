@@ -51,8 +51,23 @@ class Cli : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
+  /// Where a run's stdout or stderr goes.
+  enum class Stream { kept, full, closed, broken_pipe };
+
+  /// Makes a stream of this process what it is to be. Returns whether that worked.
+  static bool set_stream(int descriptor, Stream stream, const char* file) {
+    if (stream == Stream::closed) return close(descriptor) == 0;
+    if (stream == Stream::broken_pipe) {
+      int ends[2];
+      return pipe(ends) == 0 && close(ends[0]) == 0 && dup2(ends[1], descriptor) >= 0 && close(ends[1]) == 0;
+    }
+    const int opened = stream == Stream::full ? open("/dev/full", O_WRONLY) : open(file, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    return opened >= 0 && dup2(opened, descriptor) >= 0 && (opened == descriptor || close(opened) == 0);
+  }
+
   /// Runs the program in the test's folder. `file_limit` is the largest file it may write, as on a full disk.
-  Result run(std::vector<std::string> arguments, std::optional<rlim_t> file_limit = {}) {
+  Result run(std::vector<std::string> arguments, std::optional<rlim_t> file_limit = {}, Stream out_stream = Stream::kept,
+             Stream err_stream = Stream::kept) {
     arguments.insert(arguments.begin(), HALFSHADE_CLI);
     std::vector<char*> pointers;
     for (std::string& argument : arguments) pointers.push_back(argument.data());
@@ -60,9 +75,9 @@ class Cli : public testing::Test {
     const std::string out = folder_.string() + ".out", err = folder_.string() + ".err", working_folder = folder_.string();
     const pid_t child = fork();
     if (child == 0) {
-      const int out_file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      const int err_file = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      if (chdir(working_folder.c_str()) != 0 || dup2(out_file, 1) < 0 || dup2(err_file, 2) < 0) _exit(126);
+      if (chdir(working_folder.c_str()) != 0 || !set_stream(1, out_stream, out.c_str()) ||
+          !set_stream(2, err_stream, err.c_str()))
+        _exit(126);
       if (file_limit) {
         const rlimit limit{*file_limit, *file_limit};
         setrlimit(RLIMIT_FSIZE, &limit);

@@ -282,6 +282,84 @@ TEST_F(Cli, AFullDiskIsNoticedAndLeavesNothing) {
   EXPECT_EQ(files_in("out"), std::vector<std::string>{});
 }
 
+TEST_F(Cli, NoRenderFailsBecauseNobodyReadsItsMessages) {
+  const std::string file = scene([](nlohmann::json& json) { json["animation"] = {{"frames", {1, 3}}}; });
+  for (const Stream err : {Stream::full, Stream::closed, Stream::broken_pipe}) {
+    const Result result = run({"render", file, "-m", "hard"}, {}, Stream::kept, err);
+    EXPECT_EQ(result.code, 0) << static_cast<int>(err);
+    const std::vector<std::string> files = files_in("out");
+    ASSERT_EQ(files.size(), 3u);
+    for (const std::string& name : files) EXPECT_NO_THROW(read_exr(folder_ / "out" / name));
+    fs::remove_all(folder_ / "out");
+    EXPECT_EQ(run({"render", "none.json"}, {}, Stream::kept, err).code, 2);
+  }
+  EXPECT_EQ(run({"render", file, "-m", "hard"}, {}, Stream::closed, Stream::closed).code, 0) << "it prints no results";
+}
+
+TEST_F(Cli, ResultsThatCannotBePrintedAreAFailure) {
+  for (const Stream out : {Stream::full, Stream::closed, Stream::broken_pipe}) {
+    const std::vector<std::vector<std::string>> commands = {
+        {"inspect", "box.obj"}, {"inspect", "--json", "box.obj"}, {"methods"}, {"methods", "--json"}, {"--help"}, {"--version"}};
+    for (const std::vector<std::string>& command : commands) {
+      const Result result = run(command, {}, out);
+      EXPECT_EQ(result.code, 1) << fmt::format("{}", fmt::join(command, " ")) << result.err;
+      EXPECT_TRUE(has(result.err, "stdout")) << result.err;
+      EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
+  }
+}
+
+TEST_F(Cli, WhatKilledRendersLeftIsRemoved) {
+  const std::string dead = "4194303", file = scene();  // beyond any process number of a default Linux
+  fs::create_directory(folder_ / "out");
+  const auto part = [&](const std::string& name) { return "out/." + name + "." + dead + ".0.part"; };
+  const std::vector<std::string> stale{part("scene.hard.0001.exr"), part("scene.hard.0001.png"), part("scene.hard.0001.key.exr")};
+  const std::vector<std::string> kept{part("scene.hard.0002.exr"), part("scene.pcf.0001.exr"), part("other.hard.0001.exr"),
+                                      part("scene.hard.1.exr"), part("scene.hard.0001.rim.exr")};
+  for (const auto& names : {stale, kept})
+    for (const std::string& name : names) write(name, "x");
+  ASSERT_EQ(run({"render", file, "-m", "hard", "--png", "--light-buffers", "-q"}).code, 0);
+  for (const std::string& name : stale) EXPECT_FALSE(fs::exists(folder_ / name)) << name;
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+}
+
+TEST_F(Cli, PathsOutsideOfTheScenesFolderNeedAFlag) {
+  fs::create_directory(folder_ / "inside");
+  const std::string file = scene([](nlohmann::json& json) { json["meshes"][0]["path"] = "../box.obj"; }, "inside/scene.json");
+  expect_failure({"render", file, "-m", "hard"}, {"inside/scene.json: meshes[0].path: ", "../box.obj", "--allow-outside"});
+  expect_failure({"bench", file, "-m", "hard"}, {"--allow-outside"});
+  EXPECT_EQ(run({"render", file, "-m", "hard", "--allow-outside"}).code, 0);
+  EXPECT_EQ(files_in("out").size(), 1u);
+}
+
+TEST_F(Cli, NamesThatAreTooLongAreRefusedBeforeAnythingIsDrawn) {
+  const auto with_light = [&](std::size_t length, const std::string& name = "scene.json") {
+    return scene([&](nlohmann::json& json) { json["lights"][0]["name"] = std::string(length, 'k'); }, name);
+  };
+  expect_failure({"render", with_light(400)}, {"scene.json: lights[0].name", "at most 246", "400 letters"});
+  expect_failure({"render", with_light(246), "-m", "hard", "--light-buffers"}, {"kkk", "file name", "shorten"});
+  expect_failure({"render", with_light(3, std::string(230, 's') + ".json"), "-m", "hard"}, {"sss", "file name", "shorten"});
+  const Result result = run({"render", with_light(246), "-m", "hard", "-q"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string picture = "out/scene.hard.0001.exr", channel = "shadow_" + std::string(246, 'k') + ".Y";
+  EXPECT_TRUE(read_exr(folder_ / picture).channels.contains(channel));
+  const Result compared = run({"compare", picture, picture});
+  EXPECT_TRUE(has(compared.out, channel + " over pixels facing light")) << compared.out << compared.err;
+}
+
+TEST_F(Cli, FramesThatCannotBeDrawnAreRefusedBeforeTheFirst) {
+  const std::string file = scene([](nlohmann::json& json) {
+    json["animation"] = {{"frames", {1, 9}},
+                         {"tracks", {{{"target", "box.scale"}, {"keys", {{1, {1, 1, 1}}, {9, {-1, -1, -1}}}}}}}};
+  });
+  expect_failure({"render", file, "-m", "hard"},
+                 {"scene.json: frame 5, moved by animation.tracks[0]: meshes[0].scale: ", "other than 0"});
+  expect_failure({"render", scene([](nlohmann::json& json) {
+                    json["animation"] = {{"frames", {-2147483647 - 1, 2147483647}}};
+                  })},
+                 {"scene.json: animation.frames", "from -1000000 to 1000000"});
+}
+
 /// Renders frames without end until there are a few, sends a signal, and waits for the program's end.
 class StoppedRender : public Cli {
  protected:

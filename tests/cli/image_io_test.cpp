@@ -1,11 +1,17 @@
 #include "image/image_io.hpp"
 
+#include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 #include <limits>
+
+#include "image/whole_file.hpp"
 
 namespace halfshade {
 namespace {
@@ -192,6 +198,133 @@ TEST_F(ImageIo, OnlyAWholeExrIsRead) {
   write_frame_png(folder_ / "picture.png", make_frame());
   fs::rename(folder_ / "picture.png", path);
   EXPECT_THROW(read_exr(path), InputError);
+}
+
+TEST_F(ImageIo, OnlyTheWantedChannelsAreKept) {
+  const Frame frame = make_frame();
+  write_frame_exr(folder_ / "frame.exr", frame, two_lights, false, {});
+  const ExrImage image = read_exr(folder_ / "frame.exr", [](std::string_view name) { return name == "depth.Z" || name == "G"; });
+  EXPECT_EQ(image.channel_names.size(), 12u);
+  ASSERT_EQ(image.channels.size(), 2u);
+  EXPECT_EQ(image.channels.at("depth.Z"), frame.depth);
+  EXPECT_EQ(image.channels.at("G")[7], frame.rgb[7].g);
+  EXPECT_TRUE(read_exr(folder_ / "frame.exr", [](std::string_view) { return false; }).channels.empty());
+}
+
+TEST_F(ImageIo, TiledPicturesAreRead) {
+  const fs::path path = folder_ / "tiled.exr";
+  OIIO::ImageSpec spec(37, 21, 3, OIIO::TypeFloat);
+  spec.tile_width = spec.tile_height = 16;
+  spec.x = 5;  // where the data begins within a larger picture
+  std::vector<float> pixels(37 * 21 * 3);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<float>(i);
+  const auto output = OIIO::ImageOutput::create("picture.exr");
+  ASSERT_TRUE(output && output->open(path.string(), spec) && output->write_image(OIIO::TypeFloat, pixels.data()) &&
+              output->close());
+  const auto texture = read_light_texture(path);
+  ASSERT_EQ(texture->resolution, glm::uvec2(37, 21));
+  for (std::size_t i = 0; i < texture->texels.size(); ++i)
+    ASSERT_EQ(texture->texels[i], glm::vec3(pixels[3 * i], pixels[3 * i + 1], pixels[3 * i + 2]));
+}
+
+/// Puts numbers of 32 bits into a file, at `offset` from the end of the first occurrence of `after`.
+void patch(const fs::path& path, std::string_view after, std::size_t offset, std::vector<std::uint32_t> numbers) {
+  std::ifstream in(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t at = bytes.find(after) + after.size() + offset;
+  for (std::size_t i = 0; i < 4 * numbers.size(); ++i) bytes.at(at + i) = static_cast<char>(numbers[i / 4] >> 8 * (i % 4));
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+TEST_F(ImageIo, HeadersThatAskForTooMuchAreRefusedBeforeMemoryIsTaken) {
+  const fs::path path = folder_ / "frame.exr";
+  const auto refuse = [&](std::string_view expected) {
+    for (const bool as_texture : {false, true}) {
+      try {
+        if (as_texture)
+          read_light_texture(path);
+        else
+          read_exr(path, [](std::string_view name) { return name == "R"; });
+        ADD_FAILURE() << "nothing was thrown: " << expected;
+      } catch (const InputError& error) {
+        const std::string_view what = error.what();
+        EXPECT_TRUE(what.starts_with(path.string() + ": ")) << what;
+        EXPECT_NE(what.find(expected), what.npos) << what;
+      }
+    }
+  };
+  const auto with_window = [&](std::uint32_t width, std::uint32_t height) {
+    write_frame_exr(path, make_frame({4, 4}, 0), {}, false, {});
+    using namespace std::string_view_literals;
+    patch(path, "dataWindow\0box2i\0"sv, 4, {0, 0, width - 1, height - 1});
+  };
+  with_window(20'000, 4);
+  refuse("at most 16384x16384 pixels (found 20000x4)");
+  with_window(4, 2'000'000'000);
+  refuse("at most 16384x16384 pixels");
+  with_window(0, 4);
+  refuse("whole EXR");
+  with_window(16384, 16384);
+  refuse("expected a");
+  using namespace std::string_view_literals;
+  write_frame_exr(path, make_frame({4, 4}, 0), {}, false, {});
+  patch(path, "channels\0chlist\0"sv, 0, {0x7fffffff});
+  refuse("a whole header");
+}
+
+TEST_F(ImageIo, ALightsPictureIsOfALimitedSize) {
+  // 25 million pixels of one colour: a small file.
+  const fs::path path = folder_ / "large.exr";
+  OIIO::ImageSpec spec(5000, 5000, 1, OIIO::TypeHalf);
+  spec.channelnames = {"Y"};
+  spec.attribute("compression", "zip");
+  const std::vector<float> row(5000, 1.0f);
+  const auto output = OIIO::ImageOutput::create("picture.exr");
+  ASSERT_TRUE(output && output->open(path.string(), spec));
+  for (int y = 0; y < 5000; ++y) ASSERT_TRUE(output->write_scanline(y, 0, OIIO::TypeFloat, row.data()));
+  ASSERT_TRUE(output->close());
+  EXPECT_THROW(read_light_texture(path), InputError);
+  EXPECT_EQ(read_exr(path).resolution, glm::uvec2(5000, 5000));
+}
+
+TEST_F(ImageIo, HalfHoldsTheLargestNumberInsteadOfInfinity) {
+  Frame frame = make_frame({4, 4}, 1);
+  frame.rgb[3] = glm::vec4(1e9f, std::numeric_limits<float>::quiet_NaN(), 2.0f, 1.0f);
+  const std::vector<std::string> lights = {"key"};
+  write_frame_exr(folder_ / "half.exr", frame, lights, true, {});
+  const ExrImage image = read_exr(folder_ / "half.exr");
+  EXPECT_EQ(image.channels.at("R")[3], 65504.0f);
+  EXPECT_TRUE(std::isnan(image.channels.at("G")[3]));
+  EXPECT_EQ(image.channels.at("B")[3], 2.0f);
+}
+
+TEST_F(ImageIo, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
+  const std::string dead = "4194303";  // beyond any process number of a default Linux
+  const std::vector<std::string> stale{".a.exr." + dead + ".0.part", ".a.exr." + dead + ".12.part"};
+  const std::vector<std::string> kept{".b.exr." + dead + ".0.part",  // not asked for
+                                      ".a.exr." + std::to_string(getpid()) + ".0.part",
+                                      ".a.exr.1.0.part",
+                                      ".a.exr." + dead + ".part",
+                                      ".a.exr.x.0.part",
+                                      ".a.exr." + dead + ".0.parts",
+                                      "a.exr." + dead + ".0.part",
+                                      ".a.exr." + dead + ".-1.part",
+                                      ".a.exr.0.0.part",
+                                      "a.exr"};
+  for (const auto& names : {stale, kept})
+    for (const std::string& name : names) std::ofstream(folder_ / name) << "x";
+  const fs::path locked = folder_ / (".a.exr." + dead + ".7.part"), link = folder_ / (".a.exr." + dead + ".8.part");
+  std::ofstream(locked) << "x";
+  fs::create_symlink(folder_ / "a.exr", link);
+  const int descriptor = open(locked.c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(flock(descriptor, LOCK_EX), 0);
+  remove_abandoned_files(folder_, [](std::string_view name) { return name == "a.exr"; });
+  for (const std::string& name : stale) EXPECT_FALSE(fs::exists(folder_ / name)) << name;
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fs::exists(locked));
+  EXPECT_TRUE(fs::is_symlink(link));
+  close(descriptor);
+  remove_abandoned_files(folder_ / "no such folder", [](std::string_view) { return true; });
 }
 
 TEST_F(ImageIo, ErrorsAreOneLine) {

@@ -58,6 +58,37 @@ TEST(ReportCsv, HasARowAResult) {
   EXPECT_NE(text.find("\n\"a,b\",key,fins,method,light_resolution_px=64,3.0,2.0,9.0,3,0.1,"), text.npos) << text;
 }
 
+TEST(ReportCsv, NoCellOfTextIsTakenForAFormula) {
+  const auto row_of = [](const std::string& scene, const std::string& light) {
+    Measurement row = measured_row();
+    row.figures.bias = -0.25;
+    Json report = head();
+    report["scenes"] = {{{"name", scene}, {"lights", {{{"name", light}, {"results", results_of({row})}}}}}};
+    const std::string text = report_csv(report);
+    return text.substr(text.find('\n') + 1);
+  };
+  for (const char* scene : {"=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1"}) {
+    const std::string row = row_of(scene, "-");
+    EXPECT_TRUE(row.starts_with(fmt::format("\"'{}\",\"'-\",fins,", scene))) << row;
+    EXPECT_NE(row.find(",-0.25,"), row.npos) << "numbers stay numbers: " << row;
+  }
+  EXPECT_TRUE(row_of("=\"a\"", "k").starts_with("\"'=\"\"a\"\"\",k,"));
+  EXPECT_TRUE(row_of("a=1", "k-2").starts_with("a=1,k-2,"));
+}
+
+TEST(ReportFolder, WhatAKilledProcessLeftIsRemoved) {
+  const TempFolder temporary;
+  const auto path = temporary / "report";
+  const std::string dead = "4194303";  // beyond any process number of a default Linux
+  for (const std::string& name : {".report.json." + dead + ".0.part", ".notes.txt." + dead + ".0.part"})
+    temporary.write("report/" + name, "x");
+  temporary.write("report/pictures/.a.png." + dead + ".0.part", "x");
+  ReportFolder(path, head());
+  EXPECT_FALSE(std::filesystem::exists(path / (".report.json." + dead + ".0.part")));
+  EXPECT_FALSE(std::filesystem::exists(path / "pictures" / (".a.png." + dead + ".0.part")));
+  EXPECT_TRUE(std::filesystem::exists(path / (".notes.txt." + dead + ".0.part")));
+}
+
 TEST(ReportFolder, KeepsWhatTheSameProgramMeasuredBeforeAnInterruption) {
   const TempFolder temporary;
   const auto path = temporary / "report";

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "halfshade/halfshade.hpp"
+#include "scene/animation.hpp"
 #include "support/temp_folder.hpp"
 
 namespace {
@@ -264,7 +265,7 @@ TEST_F(SceneFile, BrokenJsonIsRefusedWithLineAndColumn) {
   refuse_text("{\"ambient\": [1e999, 0, 0]}", {"\"ambient\"", "1e999"});
   refuse_text("{\"ambient\": [NaN, 0, 0]}", {"line 1, column 14"});
   refuse_text("[]", {"expected an object (found [])"});
-  refuse_text(std::string(100000, '['), {"line 1, column 100001"});
+  refuse_text(std::string(60, '['), {"line 1, column 61"});
 }
 
 TEST_F(SceneFile, AKeyGivenTwiceIsRefused) {
@@ -363,6 +364,14 @@ TEST_F(SceneFile, ValuesNoPictureCanBeMadeOfAreRefused) {
 }
 
 TEST_F(SceneFile, NamesAreUniqueAndFitForChannels) {
+  refuse("/lights/0/name", std::string(400, 'k'), {": lights[0].name: ", "at most 246 letters", "found 400 letters"});
+  refuse("/lights/0/name", std::string(247, 'k'), {": lights[0].name: ", "at most 246 letters"});
+  Json longest = json_;
+  longest["lights"][0]["name"] = std::string(246, 'k');
+  EXPECT_EQ(load_scene(folder_.write("long.json", longest.dump())).lights[0].name.size(), 246u);
+  longest["lights"].push_back(longest["lights"][0]);
+  longest["lights"][1]["name"] = std::string(245, 'k') + "j";
+  refuse_text(longest.dump(), {": lights[1].name: ", "first 239 letters"});
   refuse("/meshes", {{{"path", "box.obj"}}, {{"path", "box.obj"}}}, {": meshes[1].name: ", "no other mesh or light", "\"box\""});
   refuse("/lights/0/name", "box", {": lights[0].name: ", "no other mesh or light"});
   refuse("/lights/0/name", "camera", {": lights[0].name: ", "nor the camera"});
@@ -389,6 +398,11 @@ TEST_F(SceneFile, TracksThatCannotBePlayedAreRefused) {
   refuse_track("box.translation", {{2, {0, 0, 0}}, {2, {1, 1, 1}}},
                {": animation.tracks[0].keys[1]: ", "after the one of the key before"});
   refuse("/animation/frames", {5, 4}, {": animation.frames: ", "not before the first", "[5, 4]"});
+  refuse("/animation/frames", {-2147483647 - 1, 2147483647}, {": animation.frames: ", "from -1000000 to 1000000", "2147483647]"});
+  refuse("/animation/frames", {-1000001, 4}, {": animation.frames: ", "from -1000000 to 1000000"});
+  refuse("/animation/frames", {0, 1000001}, {": animation.frames: ", "from -1000000 to 1000000"});
+  refuse("/animation/frames", {0, 4294967296}, {": animation.frames[1]: ", "whole number"});
+  refuse_track("light0.intensity", {{1, 1}, {2, 1e39}}, {": animation.tracks[0].keys[1]: ", "at most 1e9", "1e+39"});
   const Json track = {{"target", "box.translation"}, {"keys", good}};
   refuse("/animation/tracks", {track, track}, {": animation.tracks[1].target: ", "one track for each"});
 }
@@ -421,6 +435,76 @@ TEST_F(SceneFile, ValidateNeedsNoFileAndNoNames) {
   validate(scene, "here");
 }
 
+TEST_F(SceneFile, WhatIsBrighterThanPicturesCanShowIsRefused) {
+  refuse("/lights/0/intensity", 1e39, {": lights[0].intensity: ", "at most 1e9", "1e+39"});
+  refuse("/lights/0/color", {0, 0, 1e30}, {": lights[0].color: ", "at most 1e9"});
+  refuse("/meshes/0/base_color", {1, 1e10, 1}, {": meshes[0].base_color: ", "at most 1e+06"});
+  refuse("/ambient", {1, 1, 1e20}, {": ambient: ", "at most 1e+09"});
+  json_["lights"][0]["intensity"] = 1e9;
+  EXPECT_EQ(load().lights[0].intensity, 1e9);
+}
+
+TEST_F(SceneFile, TextThatNestsTooDeeplyIsRefusedWithItsPlace) {
+  const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  refuse_text(nested(100'000), {": line 1, column 65: ", "at most 64 deep"});
+  refuse_text(nested(64), {"expected an object"});
+  std::string objects;
+  for (int i = 0; i < 100'000; ++i) objects += "{\"a\":";
+  refuse_text(objects, {": line 1, column 321: ", "at most 64 deep"});
+  // Brackets in strings do not count, whatever stands before a quote.
+  json_["lights"][0]["name"] = std::string(1000, '[') + "\"" + std::string(1000, '{');
+  refuse_text(json_.dump(1), {"lights[0].name"});
+  json_["lights"][0].erase("name");
+  std::string text = json_.dump();
+  text.insert(1, "\n\"ambient\": " + nested(70'000) + ",");
+  refuse_text(text, {": line 2, column 75: ", "at most 64 deep"});
+}
+
+TEST_F(SceneFile, FilesOutsideOfTheScenesFolderAreReadOnlyIfAllowed) {
+  const std::string box = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  folder_.write("box.obj", box);
+  folder_.write("inside/sub/box.obj", box);
+  std::filesystem::create_symlink("../box.obj", folder_ / "inside/link.obj");
+  std::filesystem::create_symlink("sub", folder_ / "inside/linked");
+  const auto path = folder_ / "inside/scene.json";
+  const auto load_with = [&](const std::string& mesh, halfshade::ScenePaths allowed) {
+    json_["meshes"][0]["path"] = mesh;
+    json_["meshes"][0]["name"] = "m";
+    return load_scene(folder_.write("inside/scene.json", json_.dump()), {}, allowed);
+  };
+  for (const std::string& mesh : {std::string("../box.obj"), std::string("sub/../../box.obj"), std::string("link.obj"),
+                                  (folder_ / "box.obj").string(), std::string("../inside2/../box.obj")}) {
+    SCOPED_TRACE(mesh);
+    expect_error<InputError>([&] { load_with(mesh, halfshade::ScenePaths::inside); },
+                             {path.string() + ": meshes[0].path: ", "the scene's folder", "--allow-outside"});
+    if (mesh != "../inside2/../box.obj") {
+      EXPECT_EQ(load_with(mesh, halfshade::ScenePaths::anywhere).meshes.size(), 1u);
+    }
+  }
+  for (const std::string& mesh : {std::string("sub/box.obj"), std::string("sub/../sub/box.obj"), std::string("linked/box.obj"),
+                                  std::string("../inside/sub/box.obj"), (folder_ / "inside/sub/box.obj").string()}) {
+    SCOPED_TRACE(mesh);
+    EXPECT_EQ(load_with(mesh, halfshade::ScenePaths::inside).meshes.size(), 1u);
+  }
+  // A folder with the marker holds what belongs together; a name that only begins alike is another folder.
+  folder_.write("inside-too/box.obj", box);
+  expect_error<InputError>([&] { load_with("../inside-too/box.obj", halfshade::ScenePaths::inside); }, {"--allow-outside"});
+  folder_.write(".halfshade-root", "");
+  EXPECT_EQ(load_with("../box.obj", halfshade::ScenePaths::inside).meshes.size(), 1u);
+  expect_error<InputError>([&] { load_with("/etc/hostname", halfshade::ScenePaths::inside); }, {"--allow-outside"});
+
+  json_["meshes"][0]["path"] = "sub/box.obj";
+  json_["lights"][0].update({{"shape", "rectangle"}, {"size", {1, 1}}, {"texture", "/etc/panel.exr"}});
+  const auto textured = folder_.write("inside/scene.json", json_.dump());
+  expect_error<InputError>([&] { load_scene(textured); }, {": lights[0].texture: ", "--allow-outside"});
+}
+
+TEST_F(SceneFile, TooManyMeshesOrLightsAreRefused) {
+  Json json = json_;
+  for (int i = 0; i < 1024; ++i) json["lights"].push_back(json_["lights"][0]);
+  refuse_text(json.dump(), {": lights: ", "at most 1024", "1025"});
+}
+
 // ---- animation --------------------------------------------------------------------------------------------------------------
 
 TEST_F(SceneFile, TracksAreLinearBetweenKeysAndHeldOutside) {
@@ -441,6 +525,23 @@ TEST_F(SceneFile, TracksAreLinearBetweenKeysAndHeldOutside) {
   EXPECT_EQ(scene_at_frame(scene, 5).lights[0].radius, 1.5);
   EXPECT_EQ(scene_at_frame(scene_at_frame(scene, 3), 5).lights[0].radius, 1.5) << "frames do not build on each other";
   EXPECT_EQ(scene.lights[0].radius, 0.1) << "the scene itself stays";
+}
+
+TEST_F(SceneFile, FramesThatCannotBeDrawnAreNamedWithTheirTracks) {
+  const auto expect_refused = [&](const char* target, const Json& from, const Json& to,
+                                  std::initializer_list<std::string_view> parts) {
+    SCOPED_TRACE(target);
+    json_["animation"] = {{"frames", {1, 9}}, {"tracks", {{{"target", target}, {"keys", {{1, from}, {9, to}}}}}}};
+    const Scene scene = load();
+    halfshade::check_frames(scene, 1, 4, "my.json");
+    halfshade::check_frames(scene, 6, 9, "my.json");
+    expect_error<InputError>([&] { halfshade::check_frames(scene, 1, 9, "my.json"); },
+                             {"my.json: frame 5, moved by animation.tracks[0]: "});
+    expect_error<InputError>([&] { halfshade::check_frames(scene, 1, 9, "my.json"); }, parts);
+  };
+  expect_refused("box.scale", {1, 1, 1}, {-1, 1, 1}, {"meshes[0].scale: ", "other than 0", "[0, 1, 1]"});
+  expect_refused("camera.position", {-1, 1, -0.5}, {1, 1, -0.5}, {"camera.target: "});
+  expect_refused("light0.target", {4, 9, 1}, {4, 9, 3}, {"lights[0].target: ", "away from position"});
 }
 
 }  // namespace
