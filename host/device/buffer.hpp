@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "device/device_impl.hpp"
+#include "device/memory.hpp"
 
 namespace halfshade {
 
@@ -40,8 +41,22 @@ class Buffer {
     if (bytes <= bytes_ && memory_()) return;
     check_size(device, bytes, what, "lower the resolution or split the scene");
     const std::size_t new_bytes = std::max<std::size_t>(bytes, 16);
-    memory_ = cl::Buffer(device.cl_context_, CL_MEM_READ_WRITE, new_bytes);
+    memory_ = allocate(device, CL_MEM_READ_WRITE, new_bytes, nullptr, what);
     bytes_ = new_bytes;
+  }
+
+  /// Memory on the device. Throws DeviceError where there is not as much.
+  static cl::Buffer allocate(const DeviceImpl& device, cl_mem_flags flags, std::size_t bytes, void* values, const char* what) {
+    const std::uint64_t held = buffer_bytes_held();
+    if (held + bytes > device.memory_bytes)
+      throw DeviceError(
+          fmt::format("{}: {} needs {} MiB beside {} MiB that are in use; there are {} MiB ({}); lower the resolution "
+                      "or split the scene",
+                      device.device_info.name, what, (bytes + (1 << 20) - 1) >> 20, held >> 20, device.memory_bytes >> 20,
+                      device.memory_limit));
+    cl::Buffer buffer(device.cl_context_, flags, bytes, values);
+    count_buffer(buffer(), bytes);
+    return buffer;
   }
 
   static void check_size(const DeviceImpl& device, std::size_t bytes, const char* what, const char* remedy) {
@@ -61,9 +76,9 @@ Buffer<T> upload(const DeviceImpl& device, const std::vector<Value>& values, con
   static_assert(sizeof(Value) % sizeof(T) == 0);
   const std::size_t bytes = std::max<std::size_t>(values.size() * sizeof(Value), 16);
   Buffer<T>::check_size(device, bytes, what, "split or simplify the scene's meshes");
-  if (values.empty()) return Buffer<T>(cl::Buffer(device.cl_context_, CL_MEM_READ_ONLY, bytes), bytes);
-  return Buffer<T>(cl::Buffer(device.cl_context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, values.size() * sizeof(Value),
-                              const_cast<Value*>(values.data())),
+  if (values.empty()) return Buffer<T>(Buffer<T>::allocate(device, CL_MEM_READ_ONLY, bytes, nullptr, what), bytes);
+  return Buffer<T>(Buffer<T>::allocate(device, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, values.size() * sizeof(Value),
+                                       const_cast<Value*>(values.data()), what),
                    bytes);
 }
 

@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "device/device_impl.hpp"
+#include "device/memory.hpp"
 
 namespace halfshade {
 namespace {
@@ -115,8 +116,22 @@ bool has_wide_kernels(const DeviceInfo& info) {
   return shape == "wide";
 }
 
+/// Says how much memory buffers may take. A CPU device's is also where kernels are compiled, and frames read back.
+void find_memory(DeviceImpl& impl) {
+  impl.memory_bytes = impl.device_info.memory_bytes;
+  impl.memory_limit = "the device's memory";
+  if (!impl.device_info.is_cpu) return;
+  const MemoryAvailable available = memory_available();
+  constexpr std::uint64_t enough_for_others = std::uint64_t{256} << 20;
+  const std::uint64_t bytes = buffer_bytes_held() + available.bytes - std::min(available.bytes / 4, enough_for_others);
+  if (bytes >= impl.memory_bytes) return;
+  impl.memory_bytes = bytes;
+  impl.memory_limit = available.limit;
+}
+
 /// Fills in what follows from device, context and queue.
 std::shared_ptr<DeviceImpl> finish(std::shared_ptr<DeviceImpl> impl) {
+  find_memory(*impl);
   impl->profiles = (impl->cl_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
   const bool wide = has_wide_kernels(impl->device_info);
   impl->lanes = wide ? 16 : 1;

@@ -18,6 +18,9 @@ struct DeviceImpl final : Device {
   cl::CommandQueue cl_queue;
   bool profiles = false;
   bool owns_queue = false;  ///< made by Device::open
+  /// For buffers: what there was when the device was opened, and what sets the limit, for messages.
+  std::uint64_t memory_bytes = 0;
+  std::string memory_limit;
 
   /// Shape of the tile kernels (kernels/base/lanes.h): work-items a tile and texels a work-item follow from the kind of device.
   unsigned tile_px = 0, lanes = 0;
