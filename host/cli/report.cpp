@@ -119,7 +119,7 @@ void add_report(CLI::App& program) {
   command->footer(
       "Writes DIR/report.json, report.csv and index.html, a page that needs nothing else. Interrupted, it goes\n"
       "on where it was when called again, its truth included. Times are whole paths, meshes and G-buffer being\n"
-      "on the device. Each truth is traced again in part, by other code; where that disagrees, nothing is published.\n\n"
+      "on the device. Each truth is traced again in part; where that disagrees, nothing is published.\n\n"
       "Examples:\n"
       "  halfshade report data/scenes/primitives.json --quick\n"
       "  halfshade report data/scenes/*.json -o out/all\n"

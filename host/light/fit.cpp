@@ -173,7 +173,8 @@ std::optional<Area> casts_upon(const LightAxes& axes, const std::vector<PlacedMe
 /// Where the shadow of a mesh may fall, with its penumbra; empty if nowhere.
 Area shadow_area(const LightAxes& axes, const std::vector<PlacedMesh>& meshes, const Extent& extent, const Area& border,
                  std::uint32_t caster, const ViewBounds& bounds) {
-  if (!axes.parallel && bounds.z_high <= 0.0) return {};
+  // The disc of a sphere light that faces a receiver reaches behind the face's plane.
+  if (!axes.parallel && bounds.z_high <= (axes.sphere ? -1.5 * axes.radius : 0.0)) return {};
   if (bounds.z_low >= extent.farthest) return {};
   Area area = border;
   if (axes.parallel || bounds.z_low > 0.0) {  // else it reaches behind the light's plane: its projection is unbounded
@@ -319,9 +320,16 @@ void set_space(const Light& light, const LightAxes& axes, const Extent& extent, 
   }
 }
 
+/// The least z of what the map shows of a mesh; of one that lies wholly before the light's plane, of all of it.
+double nearest_drawn(const LightAxes& axes, const PlacedMesh& mesh, const ViewBounds& bounds, const Area& area) {
+  if (axes.parallel || bounds.z_low > 0.0) return bounds.z_low;
+  const std::vector<glm::dvec3> shown = box_within(axes.box_of(mesh), axes.before(area));
+  return shown.empty() ? 1e300 : axes.bounds_of(shown).z_low;
+}
+
 /// Sets what is drawn into the map, znear and zfar: about casters, and what else lies in the area.
 void find_drawn(const LightAxes& axes, const std::vector<PlacedMesh>& meshes, const Extent& extent, LightView& fitted) {
-  double nearest = 1e300;
+  double nearest = extent.farthest;
   for (std::uint32_t i = 0; i < meshes.size(); ++i) {
     if (!meshes[i].casts_shadow) continue;
     const ViewBounds bounds = axes.bounds_of(axes.box_of(meshes[i]));
@@ -333,11 +341,11 @@ void find_drawn(const LightAxes& axes, const std::vector<PlacedMesh>& meshes, co
       fitted.casters_znear = std::min(fitted.casters_znear, bounds.z_low);
     }
     fitted.drawn.push_back(i);
-    nearest = std::min(nearest, bounds.z_low);
+    nearest = std::min(nearest, nearest_drawn(axes, meshes[i], bounds, extent.area));
   }
   const auto z_of = [&](double z) { return axes.parallel ? fitted.unit / (fitted.horizon - z) : z / fitted.unit; };
   fitted.zfar = z_of(extent.farthest) * 1.001;
-  fitted.znear = std::max(z_of(nearest) * 0.999, fitted.zfar * 1e-9);
+  fitted.znear = std::clamp(z_of(nearest) * 0.999, fitted.zfar * 1e-9, fitted.zfar);
   // Where a caster passes through the light's plane its depth says nothing: a search as wide as 1/z asks for would step over all.
   fitted.casters_znear = z_of(fitted.casters_znear) * 0.999;
   fitted.casters_znear = std::max(fitted.casters_znear, (fitted.casters_znear > 0.0 ? 1e-4 : 0.05) * fitted.zfar);

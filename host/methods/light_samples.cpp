@@ -57,7 +57,8 @@ class LightSamplesPasses final : public MethodPasses {
   void draw_part(const LightFrame& frame, const Part& part, bool last, const KeepCounts& keep) {
     for (std::size_t face = 0; face < part.faces.size(); ++face) {
       const Light& sample = part.faces[face];
-      const LightView from = fit_light_view(sample, frame.placed, frame.settings.light_resolution_px, device().tile_px);
+      const LightView from = fit_light_view(sample, frame.placed, frame.settings.light_resolution_px, device().tile_px,
+                                            /*searched=*/false, frame.gbuffer.has_depth ? &frame.scene.camera : nullptr);
       const cl_uint casts = !from.casters.empty();
       if (casts)
         shared_.shadow_map.run(

@@ -256,7 +256,7 @@ inline double hidden_by_both(double a, double b, double cosine) {
 
 /// How deep one caster's outline may be: four times as far as its penumbra is wide on the far plane, at its own depth.
 inline double caster_depth(double radius, double z, double zfar) {
-  return 4.0 * half_width(radius, 1.0 / z, 1.0 / zfar) * z;
+  return 7.0 * half_width(radius, 1.0 / z, 1.0 / zfar) * z;
 }
 
 /// Cai et al. 2006 §4.1: sub-layers to layers that hold as many edges each, by where a sub-layer's middle edge stands in the
