@@ -53,7 +53,7 @@ class Hasher {
       mix(word);
     }
     std::uint64_t rest = 0;
-    std::memcpy(&rest, bytes, size);
+    if (size > 0) std::memcpy(&rest, bytes, size);  // an empty span may have no address
     mix(rest);
   }
   void mix(std::uint64_t word) {
