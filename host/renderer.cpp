@@ -174,28 +174,36 @@ void Renderer::render(const Settings& settings) {
   check_settings(settings, "render");
   for (const Light& light : placed.scene.lights) check_light(settings, light, "render");
   guarded("render", [&] {
+    const std::size_t lights = placed.scene.lights.size(), pixels = pixels_of(placed.camera.view);
+    // The frame of before stays whole where there is no room for this one.
+    Buffer<cl_float> visibility = s.visibility;
+    Buffer<cl_float4> rgb = s.rgb, grown_tints = s.tints;
+    visibility.reserve(s.device(), std::max<std::size_t>(1, lights) * pixels, "visibility");
+    rgb.reserve(s.device(), pixels, "shaded picture");
+    if (placed.tint_plane_count > 0)
+      grown_tints.reserve(s.device(), placed.tint_plane_count * pixels, "tints of textured lights");
+    s.rendered.reset();
+    s.visibility = visibility;
+    s.rgb = rgb;
+    s.tints = grown_tints;
+    const Buffer<cl_float4> tints = placed.tint_plane_count > 0 ? s.tints : Buffer<cl_float4>();
+
     Launcher& launcher = s.passes.launcher;
     launcher.time(true);
     const struct StopTiming {
       Launcher& launcher;
       ~StopTiming() { launcher.time(false); }
     } stop_timing{launcher};
-    const std::size_t lights = placed.scene.lights.size(), pixels = pixels_of(placed.camera.view);
-    s.rendered.reset();
-    s.visibility.reserve(s.device(), std::max<std::size_t>(1, lights) * pixels, "visibility");
-    s.rgb.reserve(s.device(), pixels, "shaded picture");
-    if (placed.tint_plane_count > 0) s.tints.reserve(s.device(), placed.tint_plane_count * pixels, "tints of textured lights");
-    const Buffer<cl_float4> tints = placed.tint_plane_count > 0 ? s.tints : Buffer<cl_float4>();
 
     const GBuffer gbuffer = s.draw_gbuffer();
     for (std::size_t light = 0; light < lights; ++light) s.draw_visibility(gbuffer, light, settings, s.visibility, light, tints);
     s.draw_shade({.gbuffer = gbuffer, .visibility = s.visibility.memory()(), .rgb = s.rgb.memory()(), .tints = tints.memory()()});
     launcher.queue().finish();
-    s.rendered = settings;
     for (const FaceCounters& face : s.read_counters()) {
       s.passes.triangles.learn(face.triangle_refs);
       s.method(settings.method).learn(face.feature_refs);
     }
+    s.rendered = settings;
   });
 }
 
@@ -242,6 +250,7 @@ LightBuffers Renderer::read_light_buffers(std::size_t light, std::size_t face) {
 std::vector<StageTime> Renderer::stage_times() {
   return guarded("stage_times", [&] {
     std::vector<StageTime> times;
+    if (!state_->rendered) return times;
     for (const auto& [stage, event] : state_->passes.launcher.timed()) {
       event.wait();
       const double ns = static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -

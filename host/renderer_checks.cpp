@@ -59,10 +59,14 @@ void RequestChecks::buffer(cl_mem memory, std::size_t count, std::size_t element
   std::size_t have = 0;
   cl_mem_object_type type = 0;
   cl_context context = nullptr;
-  if (clGetMemObjectInfo(memory, CL_MEM_TYPE, sizeof type, &type, nullptr) != CL_SUCCESS ||
-      clGetMemObjectInfo(memory, CL_MEM_SIZE, sizeof have, &have, nullptr) != CL_SUCCESS ||
-      clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof context, &context, nullptr) != CL_SUCCESS)
-    throw InputError(fmt::format("{}: {} is not an OpenCL buffer", caller_, what));
+  const auto ask = [&](cl_mem_info name, auto& value) {
+    const cl_int code = clGetMemObjectInfo(memory, name, sizeof value, &value, nullptr);
+    if (code == CL_INVALID_MEM_OBJECT) throw InputError(fmt::format("{}: {} is not an OpenCL buffer", caller_, what));
+    if (code != CL_SUCCESS) throw DeviceError(fmt::format("{}: clGetMemObjectInfo: {}", caller_, error_name(code)));
+  };
+  ask(CL_MEM_TYPE, type);
+  ask(CL_MEM_SIZE, have);
+  ask(CL_MEM_CONTEXT, context);
   if (type != CL_MEM_OBJECT_BUFFER) throw InputError(fmt::format("{}: {} is an OpenCL image: expected a buffer", caller_, what));
   if (context != device_.cl_context_())
     throw InputError(

@@ -1,53 +1,24 @@
 // Finding, opening and adopting OpenCL devices.
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <mutex>
 
 #include "device/device_impl.hpp"
+#include "device/kernel_cache.hpp"
 #include "device/memory.hpp"
 
 namespace halfshade {
 namespace {
 
-namespace fs = std::filesystem;
+constexpr cl_int no_platform = -1001;  // the loader's CL_PLATFORM_NOT_FOUND_KHR
 
 struct FoundDevice {
   DeviceInfo info;
   cl::Device device;
 };
-
-/// PoCL keeps compiled kernels in a folder. By default it is shared and predictable where HOME is unset, so that another user
-/// could plant code in it: unless the user chose one, give it a private one. Must come before the first OpenCL call.
-void choose_kernel_cache() {
-  if (std::getenv("POCL_CACHE_DIR")) return;
-  const char* cache = std::getenv("XDG_CACHE_HOME");
-  const char* home = std::getenv("HOME");
-  fs::path folder;
-  if (cache && *cache)
-    folder = fs::path(cache) / "halfshade" / "pocl";
-  else if (home && *home)
-    folder = fs::path(home) / ".cache" / "halfshade" / "pocl";
-  std::error_code ignored;
-  if (!folder.empty()) fs::create_directories(folder, ignored);
-  if (folder.empty() || ::access(folder.c_str(), W_OK) != 0) {
-    // No home to write to: a folder in the temporary folder, taken only if it is ours and closed to others.
-    folder = fs::temp_directory_path(ignored) / fmt::format("halfshade-pocl-{}", ::geteuid());
-    struct stat status {};
-    const bool made = ::mkdir(folder.c_str(), 0700) == 0;
-    const bool ours = made || (::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == ::geteuid() &&
-                               (status.st_mode & 077) == 0);
-    if (!ours) {
-      std::string name = (fs::temp_directory_path(ignored) / "halfshade-pocl-XXXXXX").string();
-      if (!::mkdtemp(name.data())) return;
-      folder = name;
-    }
-  }
-  ::setenv("POCL_CACHE_DIR", folder.c_str(), 0);
-}
 
 DeviceInfo describe(const cl::Device& device) {
   DeviceInfo info{};
@@ -63,20 +34,23 @@ DeviceInfo describe(const cl::Device& device) {
 }
 
 std::vector<FoundDevice> find_devices() {
-  choose_kernel_cache();
+  static std::once_flag prepared;  // again where it has thrown
+  std::call_once(prepared, prepare_kernel_cache);
   std::vector<FoundDevice> found;
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
-  } catch (const cl::Error&) {
-    return found;  // the loader has no platform
+  } catch (const cl::Error& error) {
+    if (error.err() == no_platform) return found;
+    throw;
   }
   for (std::size_t p = 0; p < platforms.size(); ++p) {
     std::vector<cl::Device> devices;
     try {
       platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
-    } catch (const cl::Error&) {
-      continue;  // a platform without devices
+    } catch (const cl::Error& error) {
+      if (error.err() == CL_DEVICE_NOT_FOUND) continue;
+      throw;
     }
     for (std::size_t d = 0; d < devices.size(); ++d) {
       FoundDevice device{describe(devices[d]), devices[d]};
@@ -167,7 +141,7 @@ std::string error_name(cl_int code) {
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> infos;
-  for (FoundDevice& found : find_devices()) infos.push_back(std::move(found.info));
+  for (FoundDevice& found : guarded("list_devices", find_devices)) infos.push_back(std::move(found.info));
   return infos;
 }
 
@@ -179,7 +153,7 @@ void set_cpu_threads(unsigned count) {
 }
 
 std::shared_ptr<Device> Device::open(std::string_view selector) {
-  const std::vector<FoundDevice> found = find_devices();
+  const std::vector<FoundDevice> found = guarded("Device::open", find_devices);
   if (found.empty())
     throw InputError(
         "no OpenCL device found; install one for the CPU with: apt-get install pocl-opencl-icd (a GPU's comes with its driver)");
@@ -203,7 +177,7 @@ std::shared_ptr<Device> Device::open(std::string_view selector) {
     throw InputError(
         fmt::format("{}: no device matches '{}'; there are: {} (an index, P:D, or part of a name)", source, selector, known));
   }
-  try {
+  return guarded(chosen->info.name + ": cannot open the device", [&] {
     auto impl = std::make_shared<DeviceImpl>();
     impl->device_info = chosen->info;
     impl->cl_device = chosen->device;
@@ -211,15 +185,12 @@ std::shared_ptr<Device> Device::open(std::string_view selector) {
     impl->cl_queue = cl::CommandQueue(impl->cl_context_, chosen->device, CL_QUEUE_PROFILING_ENABLE);
     impl->owns_queue = true;
     return finish(std::move(impl));
-  } catch (const cl::Error& error) {
-    throw DeviceError(
-        fmt::format("{}: cannot open the device: {}: {}", chosen->info.name, error.what(), error_name(error.err())));
-  }
+  });
 }
 
 std::shared_ptr<Device> Device::adopt(cl_context context, cl_command_queue queue) {
   if (!context || !queue) throw InputError("Device::adopt: expected a context and a queue, got a null handle");
-  try {
+  return guarded("Device::adopt", [&] {
     auto impl = std::make_shared<DeviceImpl>();
     impl->cl_context_ = cl::Context(context, /*retainObject=*/true);
     impl->cl_queue = cl::CommandQueue(queue, /*retainObject=*/true);
@@ -230,9 +201,7 @@ std::shared_ptr<Device> Device::adopt(cl_context context, cl_command_queue queue
     impl->cl_device = impl->cl_queue.getInfo<CL_QUEUE_DEVICE>();
     impl->device_info = describe(impl->cl_device);
     return finish(std::move(impl));
-  } catch (const cl::Error& error) {
-    throw DeviceError(fmt::format("Device::adopt: {}: {}", error.what(), error_name(error.err())));
-  }
+  });
 }
 
 }  // namespace halfshade

@@ -4,7 +4,9 @@
 #define CL_HPP_ENABLE_EXCEPTIONS
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #define CL_HPP_TARGET_OPENCL_VERSION 120
+#include <fmt/format.h>
 #include <CL/opencl.hpp>
+
 #include <map>
 
 #include "halfshade/halfshade.hpp"
@@ -44,5 +46,15 @@ std::string kernel_source(std::string_view file);
 
 /// The name of an OpenCL error code, "CL_OUT_OF_RESOURCES (-5)".
 std::string error_name(cl_int code);
+
+/// OpenCL's errors as ours; `caller` begins the message.
+template <class F>
+auto guarded(std::string_view caller, F&& f) {
+  try {
+    return f();
+  } catch (const cl::Error& error) {
+    throw DeviceError(fmt::format("{}: {}: {}", caller, error.what(), error_name(error.err())));
+  }
+}
 
 }  // namespace halfshade

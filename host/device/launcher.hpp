@@ -122,14 +122,4 @@ class Launcher {
   std::vector<std::pair<std::string, cl::Event>> timed_;
 };
 
-/// OpenCL's errors as ours; `caller` begins the message.
-template <class F>
-auto guarded(std::string_view caller, F&& f) {
-  try {
-    return f();
-  } catch (const cl::Error& error) {
-    throw DeviceError(fmt::format("{}: {}: {}", caller, error.what(), error_name(error.err())));
-  }
-}
-
 }  // namespace halfshade

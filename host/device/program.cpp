@@ -60,11 +60,17 @@ std::string kernel_source(std::string_view file) {
 
 cl::Program DeviceImpl::build(const std::string& source) const {
   cl::Program program(cl_context_, source);
-  try {
-    program.build(cl_device, fmt::format("-cl-std=CL1.2 -DHS_TILE={} -DHS_LANES={}", tile_px, lanes).c_str());
-  } catch (const cl::Error& error) {
-    throw DeviceError(fmt::format("{}: the kernels do not compile on this device: {}\n{}", device_info.name,
-                                  error_name(error.err()), program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(cl_device)));
+  const std::string options = fmt::format("-cl-std=CL1.2 -DHS_TILE={} -DHS_LANES={}", tile_px, lanes);
+  const cl_device_id device = cl_device();
+  // Not cl::Program::build, whose own question for the log may fail in its place.
+  if (const cl_int code = clBuildProgram(program(), 1, &device, options.c_str(), nullptr, nullptr); code != CL_SUCCESS) {
+    std::string log;
+    try {
+      log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(cl_device);
+    } catch (const cl::Error&) {  // there is none where the build did not begin
+    }
+    throw DeviceError(
+        fmt::format("{}: the kernels do not compile on this device: {}\n{}", device_info.name, error_name(code), log));
   }
   return program;
 }

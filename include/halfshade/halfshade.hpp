@@ -466,6 +466,10 @@ struct ShadeRequest {
 /// While enqueued work is pending it is safe to call set_scene, with other transforms, lights, cameras or meshes, and to enqueue
 /// more: commands keep what they were enqueued with, and the queue's order keeps buffers apart. A caller's own buffers must stay
 /// as they are until the commands that read them are done.
+///
+/// Where OpenCL fails, a call throws DeviceError and leaves scene, buffers and kernels so that the same call, made again, does
+/// what it would have done. A `render` that began to draw has no frame to read until one has been drawn; what enqueue_visibility
+/// and enqueue_shade were to write is undefined then.
 class Renderer {
  public:
   /// Kernels are compiled, or taken from the cache, when they are first needed.
@@ -479,7 +483,8 @@ class Renderer {
   /// scene of before then stays.
   void set_scene(const Scene& scene);
 
-  /// Draws the G-buffer, every light's visibility and the shaded picture, and waits.
+  /// Draws the G-buffer, every light's visibility and the shaded picture, and waits. Where there is too little memory it throws
+  /// DeviceError; for what the settings get wrong, InputError.
   void render(const Settings& settings);
 
   /// Enqueues the G-buffer from the scene's camera and returns it; it stays the renderer's and is valid until the next call
@@ -499,7 +504,7 @@ class Renderer {
   /// Of a point light, `face` is one of its six: +x, -x, +y, -y, +z, -z.
   LightBuffers read_light_buffers(std::size_t light, std::size_t face = 0);
 
-  /// Stages of the last `render`, in order; empty where the queue was made without profiling.
+  /// Stages of the last frame that `render` drew, in order; empty where the queue was made without profiling, or none was drawn.
   std::vector<StageTime> stage_times();
   /// Counts of the last frame that `render` drew; waits for nothing else.
   FrameStats stats();
