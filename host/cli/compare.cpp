@@ -16,6 +16,7 @@
 #include "report/error_figures.hpp"
 #include "report/figures_json.hpp"
 #include "scene/picture_names.hpp"
+#include "scene/printable.hpp"
 
 namespace halfshade {
 namespace {
@@ -33,10 +34,12 @@ struct ChannelFigures {
   ErrorFigures figures;
 };
 
-std::vector<std::string> channel_names(const ExrImage& image) {
-  std::vector<std::string> names = image.channel_names;
+/// The channels of a picture, for messages.
+std::string shown_channels(const ExrImage& image) {
+  std::vector<std::string> names;
+  for (const std::string& name : image.channel_names) names.push_back(printable(name));
   std::ranges::sort(names);
-  return names;
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 /// Whether a channel may have a part in what is compared.
@@ -49,8 +52,8 @@ bool is_wanted(std::string_view channel, const CompareOptions& options) {
 const std::vector<float>& channel_of(const ExrImage& image, const std::string& channel, const std::string& path) {
   const auto found = image.channels.find(channel);
   if (found == image.channels.end()) {
-    throw InputError(fmt::format("{}: expected a channel '{}' (found {}); choose with --channel", path, channel,
-                                 fmt::join(channel_names(image), ", ")));
+    throw InputError(
+        fmt::format("{}: expected a channel '{}' (found {}); choose with --channel", path, channel, shown_channels(image)));
   }
   return found->second;
 }
@@ -108,11 +111,11 @@ double parse_limit(const std::string& text) {
 std::vector<std::string> chosen_channels(const ExrImage& reference, const CompareOptions& options) {
   if (!options.channels.empty()) return options.channels;
   std::vector<std::string> channels;
-  for (const std::string& name : channel_names(reference))
+  for (const auto& [name, plane] : reference.channels)
     if (!light_of_channel(name).empty()) channels.push_back(name);
   if (channels.empty()) {
     throw InputError(fmt::format("{}: expected a visibility channel, shadow_<light>.Y (found {}); choose with --channel",
-                                 options.b.string(), fmt::join(channel_names(reference), ", ")));
+                                 options.b.string(), shown_channels(reference)));
   }
   return channels;
 }

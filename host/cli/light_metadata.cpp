@@ -4,6 +4,7 @@
 
 #include "scene/light_json.hpp"
 #include "scene/picture_names.hpp"
+#include "scene/printable.hpp"
 
 namespace halfshade {
 
@@ -19,8 +20,8 @@ std::optional<Light> light_from_metadata(const ExrImage& image, const std::strin
     light.name = name;
     return light;
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: metadata halfshade:light.{}: expected what halfshade render writes (found '{}'): {}", where,
-                                 name, found->second, error.what()));
+    throw InputError(fmt::format("{}: metadata {}{}: expected what halfshade render writes (found '{}'): {}", where,
+                                 metadata_prefix, printable(found->first), printable(found->second, 200), error.what()));
   }
 }
 

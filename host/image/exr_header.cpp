@@ -12,6 +12,7 @@
 
 #include "halfshade/halfshade.hpp"
 #include "scene/limits.hpp"
+#include "scene/printable.hpp"
 
 namespace halfshade {
 namespace {
@@ -176,15 +177,8 @@ class HeaderReader {
       const auto value = size ? bytes_.take(*size) : std::nullopt;
       if (!value) fail(fmt::format("a whole header of at most {} MiB", limits::exr_header_bytes >> 20), "none");
       if (!read_attribute(*name, Bytes(*value), part))
-        fail("a whole EXR picture", fmt::format("a bad attribute '{}'", shown(*name)));
+        fail("a whole EXR picture", fmt::format("a bad attribute '{}'", printable(*name)));
     }
-  }
-
-  static std::string shown(std::string_view name) {
-    std::string text(name.substr(0, 40));
-    std::ranges::replace_if(
-        text, [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
-    return text;
   }
 
   /// Throws where a part is too large; returns the number of its chunks.

@@ -11,6 +11,7 @@
 
 #include "halfshade/halfshade.hpp"
 #include "scene/limits.hpp"
+#include "scene/printable.hpp"
 
 namespace halfshade {
 namespace {
@@ -33,13 +34,8 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
-/// `word` as a message can show it: on one line and not too long.
 std::string shown(std::string_view word) {
-  if (word.empty()) return "the end of the line";
-  std::string text(word.substr(0, 40));
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return fmt::format("\"{}{}\"", text, word.size() > 40 ? "..." : "");
+  return word.empty() ? "the end of the line" : fmt::format("\"{}\"", printable(word));
 }
 
 bool is_finite_number(std::string_view word) {

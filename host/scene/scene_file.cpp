@@ -141,9 +141,9 @@ Animation read_animation(const Node& node, const Scene& scene, std::string_view 
       track.keys.push_back({frame, value});
     }
   }
-  for (const auto& [name, placement] : scene.animation.placements)
-    if (std::ranges::any_of(animation.tracks, [&](const Track& track) { return object_of(track.target) == name; }))
-      animation.placements.emplace(name, placement);
+  for (const auto& placed : scene.animation.placements)
+    if (std::ranges::any_of(animation.tracks, [&](const Track& track) { return object_of(track.target) == placed.first; }))
+      animation.placements.insert(placed);
   return animation;
 }
 

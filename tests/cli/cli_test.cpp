@@ -498,6 +498,8 @@ TEST_F(Cli, CompareSaysWhatIsWrongWithItsFiles) {
   expect_failure({"compare", "b.exr", "c.exr"}, {"c.exr", "shadow_<light>.Y", "--channel"});
   expect_failure({"compare", "c.exr", "b.exr"}, {"c.exr", "shadow_key.Y", "depth.Z"});
   expect_failure({"compare", "b.exr", "b.exr"}, {"b.exr", "light.key", "{}"});
+  write_frame_exr(folder_ / "d.exr", frame, lights, false, {{"light.key", "{\n\x1b[31m"}});
+  expect_failure({"compare", "d.exr", "d.exr"}, {"d.exr", "light.key", "{??[31m"});
   expect_failure({"compare", "a.exr"}, {"B", "compare --help"});
 }
 
