@@ -35,8 +35,8 @@ struct PlacedScene {
   std::size_t tint_plane_count = 0;
 
   std::span<LightFace> faces_of_light(std::size_t light) {
-    const auto [first, last] = std::ranges::equal_range(faces, light, {}, &LightFace::light);
-    return {first, last};
+    return {std::ranges::lower_bound(faces, light, {}, &LightFace::light),
+            std::ranges::upper_bound(faces, light, {}, &LightFace::light)};
   }
 
   /// Uploads what `before`, if given, does not already hold. Throws as Renderer::set_scene.
