@@ -18,6 +18,15 @@ class Buffer {
  public:
   Buffer() = default;
   explicit Buffer(cl::Buffer memory, std::size_t bytes = 0) : memory_(std::move(memory)), bytes_(bytes) {}
+  Buffer(const Buffer&) = default;
+  Buffer(Buffer&&) noexcept = default;
+  /// By a copy: where cl::Buffer's own assignment fails to retain, it keeps the handle, and releases it later all the same.
+  Buffer& operator=(Buffer other) noexcept {
+    std::swap(memory_, other.memory_);
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  ~Buffer() = default;
   /// A caller's buffer, which is retained; none where it is null.
   static Buffer of(cl_mem memory) { return memory ? Buffer(cl::Buffer(memory, true)) : Buffer(); }
 
