@@ -1,5 +1,5 @@
-// Several threads at once: devices and renderers of their own, or a device that they take turns with. A program of its own, so that
-// scripts/threads.sh builds little of it with ThreadSanitizer.
+// Several threads at once: devices and renderers of their own, or a device that they take turns with. A program of its own, so
+// that scripts/threads.sh builds little of it with ThreadSanitizer.
 #include <gtest/gtest.h>
 
 #include <mutex>
