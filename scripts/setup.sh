@@ -11,7 +11,7 @@ packages=(
   # to run: an OpenCL device on the CPU, and the bunny that one scene shows
   glmark2-data pocl-opencl-icd
   # to test, and to remake the scenes
-  chromium chromium-driver clang clang-format doxygen libclang-rt-14-dev libgtest-dev oclgrind python3
+  chromium chromium-driver clang clang-format doxygen libclang-rt-14-dev libgtest-dev mesa-opencl-icd oclgrind python3
 )
 
 if ! command -v apt-get dpkg-query >/dev/null; then

@@ -38,6 +38,7 @@ if [[ $format ]]; then scripts/format.sh --check; fi
 scripts/check_kernels.sh
 run_tests release -D HALFSHADE_WERROR=$werror
 scripts/readme_tables.py --check
+scripts/second_opencl.sh
 cmake --build --preset release --target docs >/dev/null
 if [[ $asan ]]; then
   run_tests asan

@@ -13,6 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/draw_options.hpp"
 #include "cli/parse.hpp"
+#include "cli/progress.hpp"
 #include "cli/target_options.hpp"
 #include "halfshade/halfshade.hpp"
 #include "methods/option.hpp"
@@ -71,7 +72,8 @@ void add_stages(std::vector<Series>& stages, const std::vector<StageTime>& times
   }
 }
 
-MethodTimes measure(Renderer& renderer, const Device& device, const Scene& scene, const Settings& settings, std::size_t repeats) {
+MethodTimes measure(Renderer& renderer, const Device& device, const Scene& scene, const Settings& settings, std::size_t repeats,
+                    FirstFrameWatch& watch) {
   MethodTimes times;
   times.settings = settings;
   for (const Light& light : scene.lights) times.visibility.push_back({light.name, {}});
@@ -90,6 +92,7 @@ MethodTimes measure(Renderer& renderer, const Device& device, const Scene& scene
   };
   MethodTimes warm_up = times;  // builds kernels for each local size and grows buffers; not counted
   run_once(warm_up, 0);
+  watch.arrived();
   for (std::size_t repeat = 0; repeat < repeats; ++repeat) run_once(times, repeat);
   times.stats = renderer.stats();
   return times;
@@ -165,8 +168,10 @@ void run_bench(const BenchOptions& options) {
     fmt::print("{}, {}x{}, {} repeats after a warm-up; start-up with kernels {:.0f} ms\non {}\n", scene.name, resolution.x,
                resolution.y, repeats, start_up_ms, device->info().name);
   }
+  Progress progress;
   for (const Settings& settings : all_settings) {
-    const MethodTimes times = measure(renderer, *device, scene, settings, repeats);
+    FirstFrameWatch watch(progress, device->info());
+    const MethodTimes times = measure(renderer, *device, scene, settings, repeats, watch);
     json["triangles"] = times.stats.triangles;
     json["methods"].push_back(to_json(times));
     if (!options.json) print_table(times);

@@ -18,12 +18,17 @@ std::string kind_of(const DeviceInfo& info) {
   return info.is_cpu ? "CPU" : "GPU";
 }
 
+std::string shape_of(const DeviceInfo& info) {
+  return info.has_wide_kernels ? "wide" : "narrow";
+}
+
 void print_json(const std::vector<DeviceInfo>& devices) {
   Json all = Json::array();
   for (const DeviceInfo& info : devices) {
     all.push_back({{"index", info.index},
                    {"selector", fmt::format("{}:{}", info.platform, info.device)},
                    {"kind", kind_of(info)},
+                   {"kernel_shape", shape_of(info)},
                    {"name", info.name},
                    {"platform", info.platform_name},
                    {"version", info.version},
@@ -36,12 +41,13 @@ void print_json(const std::vector<DeviceInfo>& devices) {
 }
 
 void print_table(const std::vector<DeviceInfo>& devices) {
-  fmt::print("{:>5}  {:<5} {:<4} {:>5} {:>9} {:>11}  {}\n", "index", "P:D", "kind", "units", "memory", "one buffer", "name");
+  fmt::print("{:>5}  {:<5} {:<4} {:<7} {:>5} {:>9} {:>11}  {}\n", "index", "P:D", "kind", "kernels", "units", "memory",
+             "one buffer", "name");
   for (const DeviceInfo& info : devices) {
     constexpr double mib = 1024.0 * 1024.0;
-    fmt::print("{:>5}  {:<5} {:<4} {:>5} {:>5.0f} MiB {:>7.0f} MiB  {} ({}, {})\n", info.index,
-               fmt::format("{}:{}", info.platform, info.device), kind_of(info), info.compute_units, info.memory_bytes / mib,
-               info.largest_buffer_bytes / mib, info.name, info.platform_name, info.version);
+    fmt::print("{:>5}  {:<5} {:<4} {:<7} {:>5} {:>5.0f} MiB {:>7.0f} MiB  {} ({}, {})\n", info.index,
+               fmt::format("{}:{}", info.platform, info.device), kind_of(info), shape_of(info), info.compute_units,
+               info.memory_bytes / mib, info.largest_buffer_bytes / mib, info.name, info.platform_name, info.version);
   }
 }
 
@@ -61,7 +67,8 @@ void add_devices(CLI::App& program) {
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "Print JSON");
   command->footer(
-      "The index, P:D or part of the name is what --device and HALFSHADE_DEVICE take.\n\n"
+      "The index, P:D or part of the name is what --device and HALFSHADE_DEVICE take. 'kernels' is their shape,\n"
+      "which HALFSHADE_KERNEL_SHAPE=wide|narrow overrules.\n\n"
       "Examples:\n  halfshade devices\n  halfshade devices --json\n");
   command->callback([json] { run_devices(*json); });
 }

@@ -1,7 +1,13 @@
 // How far a command has come, on stderr: one line that changes on a terminal, a line a step where the output is kept.
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string>
+#include <thread>
+
+#include "halfshade/halfshade.hpp"
 
 namespace halfshade {
 
@@ -28,6 +34,24 @@ class Progress {
 
  private:
   bool quiet_, on_terminal_;
+};
+
+/// Says why the first frame lets wait, once: compiling the kernels is part of it, and there are drivers that take minutes, or no
+/// end, inside a call that cannot be given up.
+class FirstFrameWatch {
+ public:
+  /// Notes it in `progress`, which must outlive this, where `arrived` is not called within `patience`.
+  FirstFrameWatch(Progress& progress, const DeviceInfo& device, std::chrono::milliseconds patience = std::chrono::minutes(1));
+  ~FirstFrameWatch() { arrived(); }
+
+  /// The first frame is there. Further calls do nothing.
+  void arrived();
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_arrived_ = false;
+  std::thread watcher_;
 };
 
 }  // namespace halfshade

@@ -147,6 +147,7 @@ void run_render(const RenderOptions& options) {
   std::size_t done = 0;
   const Clock::time_point begin = Clock::now();
   Progress progress(options.quiet);
+  FirstFrameWatch watch(progress, device->info());
   for (int frame_number = range.first; frame_number <= range.last; ++frame_number) {
     const Scene posed = scene_at_frame(scene, frame_number);
     renderer.set_scene(posed);
@@ -156,6 +157,7 @@ void run_render(const RenderOptions& options) {
                                time_left_text(begin, done_fraction)));
       double render_ms = 0.0;
       const fs::path path = render_frame(options, files, renderer, *device, posed, frame_number, settings, progress, render_ms);
+      watch.arrived();
       progress.done(fmt::format("{}/{}: {} ({:.1f} ms)", ++done, steps, path.string(), render_ms));
     }
   }

@@ -20,6 +20,20 @@ struct FoundDevice {
   cl::Device device;
 };
 
+/// Shape of the tile kernels (kernels/base/lanes.h). What a CPU device prefers is not asked: Mesa's llvmpipe, which compiles a
+/// work-item's code for scalars and then runs several as one vector, needs minutes for wide kernels, and has a native width of 1.
+bool has_wide_kernels(const cl::Device& device) {
+  const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
+  const std::string_view shape = variable ? variable : "";
+  if (shape.empty())
+    return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0 &&
+           device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() > 1;
+  if (shape != "wide" && shape != "narrow")
+    throw InputError(
+        fmt::format("HALFSHADE_KERNEL_SHAPE: expected 'wide' or 'narrow' (found '{}'); unset it for the device's own", shape));
+  return shape == "wide";
+}
+
 DeviceInfo describe(const cl::Device& device) {
   DeviceInfo info{};
   info.platform_name = cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
@@ -30,6 +44,7 @@ DeviceInfo describe(const cl::Device& device) {
   info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.largest_buffer_bytes = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.is_cpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
+  info.has_wide_kernels = has_wide_kernels(device);
   return info;
 }
 
@@ -78,18 +93,6 @@ bool matches(const DeviceInfo& info, std::string_view selector) {
   return contains_ignoring_case(info.name, selector) || contains_ignoring_case(info.platform_name, selector);
 }
 
-/// Shape of the tile kernels (kernels/base/lanes.h): wide on CPU devices, narrow on GPUs. HALFSHADE_KERNEL_SHAPE overrules, so
-/// that the shape of one kind of device can be tried on the other.
-bool has_wide_kernels(const DeviceInfo& info) {
-  const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
-  const std::string_view shape = variable ? variable : "";
-  if (shape.empty()) return info.is_cpu;
-  if (shape != "wide" && shape != "narrow")
-    throw InputError(
-        fmt::format("HALFSHADE_KERNEL_SHAPE: expected 'wide' or 'narrow' (found '{}'); unset it for the device's own", shape));
-  return shape == "wide";
-}
-
 /// Says how much memory buffers may take. A CPU device's is also where kernels are compiled, and frames read back.
 void find_memory(DeviceImpl& impl) {
   impl.memory_bytes = impl.device_info.memory_bytes;
@@ -107,9 +110,8 @@ void find_memory(DeviceImpl& impl) {
 std::shared_ptr<DeviceImpl> finish(std::shared_ptr<DeviceImpl> impl) {
   find_memory(*impl);
   impl->profiles = (impl->cl_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
-  const bool wide = has_wide_kernels(impl->device_info);
-  impl->lanes = wide ? 16 : 1;
-  impl->tile_px = wide ? 32 : 16;
+  impl->lanes = impl->device_info.has_wide_kernels ? 16 : 1;
+  impl->tile_px = impl->device_info.has_wide_kernels ? 32 : 16;
   return impl;
 }
 
@@ -167,6 +169,8 @@ std::shared_ptr<Device> Device::open(std::string_view selector) {
   auto chosen = found.end();
   if (selector.empty()) {
     chosen = std::find_if(found.begin(), found.end(), [](const FoundDevice& f) { return !f.info.is_cpu; });
+    if (chosen == found.end())
+      chosen = std::find_if(found.begin(), found.end(), [](const FoundDevice& f) { return f.info.has_wide_kernels; });
     if (chosen == found.end()) chosen = found.begin();
   } else {
     chosen = std::find_if(found.begin(), found.end(), [&](const FoundDevice& f) { return matches(f.info, selector); });

@@ -242,6 +242,9 @@ struct DeviceInfo {
   std::uint64_t memory_bytes;          ///< CL_DEVICE_GLOBAL_MEM_SIZE
   std::uint64_t largest_buffer_bytes;  ///< CL_DEVICE_MAX_MEM_ALLOC_SIZE
   bool is_cpu;                         ///< its type says CPU
+  /// The shape of its kernels: wide (vectors, a work-item a tile) where a CPU device says that it computes in vectors of floats,
+  /// else narrow (a work-item a texel). The environment variable HALFSHADE_KERNEL_SHAPE, `wide` or `narrow`, overrules.
+  bool has_wide_kernels;
 };
 
 /// All OpenCL devices. Empty where there are none.
@@ -251,7 +254,8 @@ std::vector<DeviceInfo> list_devices();
 class Device {
  public:
   /// Opens a device of this machine with a context and queue of its own. `selector` is an index, "P:D", or part of a name;
-  /// empty: the environment variable HALFSHADE_DEVICE, or else the first GPU, or else the first device.
+  /// empty: the environment variable HALFSHADE_DEVICE, or else the first GPU, or else the first device with wide kernels, or
+  /// else the first device.
   /// Throws InputError where nothing matches, with what is there, or what to install.
   static std::shared_ptr<Device> open(std::string_view selector);
 

@@ -86,6 +86,7 @@ TEST_F(Cli, DevicesListsAll) {
     EXPECT_TRUE(has(result.out, info.name)) << result.out;
     EXPECT_EQ(json.at(info.index).at("name"), info.name);
     EXPECT_EQ(json.at(info.index).at("selector"), fmt::format("{}:{}", info.platform, info.device));
+    EXPECT_EQ(json.at(info.index).at("kernel_shape"), info.has_wide_kernels ? "wide" : "narrow");
   }
 }
 
