@@ -1,21 +1,37 @@
 #!/usr/bin/env bash
-# Fuzzes what reads files, with clang's libFuzzer and sanitizers: fuzz.sh [seconds of each target, 60 by default]. The corpus grows in
-# build/fuzz/corpus; what was found is left in build/fuzz as <target>-crash-*, and makes this fail.
+# Fuzzes what reads files, with clang's libFuzzer and sanitizers, two targets at a time.
+#
+#   scripts/fuzz.sh [SECONDS [BUILD]]     each target's seconds, 60 by default; a folder where the targets are built,
+#                                         by default build/fuzz, where they are built optimised
+#
+# The corpus grows in build/fuzz/corpus; what was found is left in build/fuzz as <target>-crash-* and the like, and makes this fail.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1-60}
+build=${2-}
 
-cmake -G Ninja -S . -B build/fuzz -D CMAKE_CXX_COMPILER=clang++ -D CMAKE_BUILD_TYPE=RelWithDebInfo -D HALFSHADE_BUILD_FUZZERS=ON \
-  -D HALFSHADE_BUILD_TESTS=OFF -D HALFSHADE_BUILD_REPORT=OFF >/dev/null
-cmake --build build/fuzz --target halfshade_fuzzers
+if [[ ! $build ]]; then
+  build=build/fuzz
+  cmake -G Ninja -S . -B $build -D CMAKE_CXX_COMPILER=clang++ -D CMAKE_BUILD_TYPE=RelWithDebInfo -D HALFSHADE_BUILD_FUZZERS=ON \
+    -D HALFSHADE_BUILD_TESTS=OFF -D HALFSHADE_BUILD_REPORT=OFF >/dev/null
+  cmake --build $build --target halfshade_fuzzers
+fi
 
 export ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1
+fuzz() {
+  mkdir -p "build/fuzz/corpus/$1"
+  "$build/fuzz_$1" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 \
+    -artifact_prefix="build/fuzz/$1-" "build/fuzz/corpus/$1" "tests/fuzz/corpus/$1" 2>"build/fuzz/$1.log"
+}
 failed=0
-for target in scene obj exr frames; do
-  mkdir -p "build/fuzz/corpus/$target"
-  "build/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 \
-    -artifact_prefix="build/fuzz/$target-" "build/fuzz/corpus/$target" "tests/fuzz/corpus/$target" 2>"build/fuzz/$target.log" ||
-    failed=1
-  echo "$target: $(grep -E "stat::number_of_executed_units" "build/fuzz/$target.log" || tail -n 1 "build/fuzz/$target.log")"
+for pair in "scene obj" "exr frames"; do
+  for target in $pair; do
+    fuzz "$target" &
+  done
+  wait -n || failed=1
+  wait -n || failed=1
 done
-((failed == 0)) || { echo "fuzz: found something; see build/fuzz/*.log and build/fuzz/*-crash-*" >&2; exit 1; }
+for target in scene obj exr frames; do
+  echo "fuzz: $target: $(grep -E "stat::number_of_executed_units" "build/fuzz/$target.log" || tail -n 1 "build/fuzz/$target.log")"
+done
+((failed == 0)) || { echo "fuzz: found something; see build/fuzz/*.log and what lies beside them" >&2; exit 1; }

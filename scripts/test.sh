@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # From a fresh clone to tested: packages, optimised build, every test.
 #
-#   --asan      also the tests built with AddressSanitizer and UndefinedBehaviorSanitizer
+#   --asan      also the tests built by clang with AddressSanitizer and UndefinedBehaviorSanitizer, and a minute of each fuzz target
 #   --oclgrind  also a 64x64 frame of every method in Oclgrind, which finds bad memory accesses and data races of kernels
 #   --format    first check that the code is formatted
 #   --werror    warnings of the optimised build are errors (they always are in the sanitizers' build)
@@ -42,6 +42,7 @@ scripts/second_opencl.sh
 cmake --build --preset release --target docs >/dev/null
 if [[ $asan ]]; then
   run_tests asan
+  scripts/fuzz.sh 60 build/asan
   # Leaks are looked for where no device is opened: PoCL's compiler keeps what it made until the process ends, and its threads can
   # bring the leak checker down.
   ASAN_OPTIONS=detect_leaks=1 build/asan/halfshade_tests --gtest_brief=1 \

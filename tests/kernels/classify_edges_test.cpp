@@ -133,7 +133,7 @@ TEST_F(Silhouette, ClosedMeshesHaveClosedLoopsForAnyLight) {
   for (const char* name : {"box", "cone", "cylinder", "icosahedron", "sphere", "star", "torus", "wedge"}) {
     const Mesh mesh = data_mesh(name);
     for (int i = 0; i < 8; ++i)
-      expect_closed_loops(runner_, mesh, glm::dvec3(coordinate(random), coordinate(random), coordinate(random)));
+      expect_closed_loops(runner_, mesh, glm::dvec3{coordinate(random), coordinate(random), coordinate(random)});
     EXPECT_GT(expect_closed_loops(runner_, mesh, {3, 7, 5}), 2u) << name;
   }
 }
@@ -147,7 +147,7 @@ TEST_F(Silhouette, LoopsCloseForLightsInOrNearlyInThePlanesOfFaces) {
       const glm::uvec3 corner = mesh.triangles[random() % mesh.triangles.size()];
       const glm::dvec3 a(mesh.positions[corner.x]), b(mesh.positions[corner.y]), c(mesh.positions[corner.z]);
       glm::dvec3 light = a + 5.0 * coordinate(random) * (b - a) + 5.0 * coordinate(random) * (c - a);
-      if (i % 3 == 1) light += 1e-7 * glm::dvec3(coordinate(random), coordinate(random), coordinate(random));
+      if (i % 3 == 1) light += 1e-7 * glm::dvec3{coordinate(random), coordinate(random), coordinate(random)};
       if (i % 3 == 2) light = a;  // at a vertex: in the plane of all its faces
       expect_closed_loops(runner_, mesh, mesh.origin + light);
     }

@@ -55,10 +55,10 @@ TEST_F(Faces, DoesNotDependOnWhereTheCornerListBegins) {
   const int count = 3000;
   for (cl_uint i = 0; i < count; ++i) {
     // Every other face is nearly edge-on: its plane passes within rounding of the light, far away.
-    glm::vec3 a(coordinate(random), coordinate(random), coordinate(random)),
+    glm::vec3 a{coordinate(random), coordinate(random), coordinate(random)},
         b(coordinate(random), coordinate(random), coordinate(random));
     const float s = coordinate(random), t = coordinate(random);
-    glm::vec3 c = i % 2 ? a * s + b * t : glm::vec3(coordinate(random), coordinate(random), coordinate(random));
+    glm::vec3 c = i % 2 ? a * s + b * t : glm::vec3{coordinate(random), coordinate(random), coordinate(random)};
     const float far = i % 4 < 2 ? 1.0f : 1000.0f;
     for (const glm::vec3& p : {a, b, c}) points.push_back(p * far);
     triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});

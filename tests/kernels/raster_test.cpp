@@ -172,7 +172,7 @@ TEST_P(Raster, ATriangulatedRectangleCoversEachTexelOnce) {
     std::vector<glm::ivec2> points = {low, {high.x, low.y}, high, {low.x, high.y}};
     Corners triangles = {{0, 1, 2}, {0, 2, 3}};
     for (int i = 0; i < 40; ++i) {
-      glm::ivec2 p(low.x + random() % (high.x - low.x + 1), low.y + random() % (high.y - low.y + 1));
+      glm::ivec2 p{low.x + random() % (high.x - low.x + 1), low.y + random() % (high.y - low.y + 1)};
       if (i % 2) p = glm::clamp(p / 256 * 256 + 128, low, high);  // a texel's centre
       insert_point(points, triangles, p);
     }
@@ -199,7 +199,7 @@ Mesh jittered_grid(unsigned cells, float extent, std::mt19937& random) {
   for (unsigned y = 0; y <= cells; ++y)
     for (unsigned x = 0; x <= cells; ++x) {
       const bool inner = x > 0 && y > 0 && x < cells && y < cells;
-      const glm::vec2 p(x + (inner ? jitter(random) : 0.0f), y + (inner ? jitter(random) : 0.0f));
+      const glm::vec2 p{x + (inner ? jitter(random) : 0.0f), y + (inner ? jitter(random) : 0.0f)};
       mesh.positions.emplace_back((p * 2.0f / float(cells) - 1.0f) * extent, 0.0f);
     }
   for (unsigned y = 0; y < cells; ++y)
@@ -213,8 +213,8 @@ Mesh jittered_grid(unsigned cells, float extent, std::mt19937& random) {
 
 glm::dmat4 random_placement(std::mt19937& random, const glm::dvec3& translation) {
   std::normal_distribution<double> normal;
-  const glm::dvec3 x = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
-  const glm::dvec3 y = glm::normalize(glm::cross(x, glm::dvec3(normal(random), normal(random), normal(random))));
+  const glm::dvec3 x = glm::normalize(glm::dvec3{normal(random), normal(random), normal(random)});
+  const glm::dvec3 y = glm::normalize(glm::cross(x, glm::dvec3{normal(random), normal(random), normal(random)}));
   return glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(glm::cross(x, y), 0), glm::dvec4(translation, 1));
 }
 

@@ -250,7 +250,7 @@ TEST_P(Visibility, PcssIsSearchThenMeanThenFilter) {
     for (int i = 0; i < 300; ++i) {
       const float px = place(random), py = place(random), z = depth(random);
       pixels.push_back(at(px, py, z));
-      const glm::dvec3 n = glm::normalize(glm::dvec3(lean(random), lean(random), -1)), p(pixels.back().position);
+      const glm::dvec3 n = glm::normalize(glm::dvec3{lean(random), lean(random), -1}), p(pixels.back().position);
       pixels.back().normal = glm::vec4(n, 1);
       const double u = px - 0.5, v = py - 0.5;  // texel centres at integers
       const double per_px_x = n.x / glm::dot(n, p) / px_per_q, per_px_y = -n.y / glm::dot(n, p) / px_per_q;

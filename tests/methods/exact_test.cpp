@@ -187,7 +187,7 @@ Scene random_boxes(std::mt19937& random, glm::uvec2 resolution) {
   for (int i = 0; i < 8; ++i)
     scene.meshes.push_back(placed("box" + std::to_string(i), box_mesh(),
                                   {unit(random) * 3 - 1.5, 0.2 + unit(random) * 2, unit(random) * 3 - 1.5},
-                                  glm::dvec3(0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)),
+                                  glm::dvec3{0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)},
                                   {unit(random) * 360, unit(random) * 360, unit(random) * 360}));
   return scene;
 }
@@ -208,9 +208,9 @@ TEST_P(ExactTest, HasTheSamplesOfBruteForceInATriangleSoup) {
   std::vector<glm::dvec3> corners;
   std::vector<glm::uvec3> triangles;
   for (unsigned fan = 0; fan < 6; ++fan) {
-    const glm::dvec3 middle(1.5 * unit(random), 1.3 + unit(random), 1.5 * unit(random));
+    const glm::dvec3 middle{1.5 * unit(random), 1.3 + unit(random), 1.5 * unit(random)};
     const unsigned first = fan * 7;
-    for (int i = 0; i < 7; ++i) corners.push_back(middle + 0.6 * glm::dvec3(unit(random), unit(random), unit(random)));
+    for (int i = 0; i < 7; ++i) corners.push_back(middle + 0.6 * glm::dvec3{unit(random), unit(random), unit(random)});
     for (unsigned tip = first + 2; tip < first + 7; ++tip)
       triangles.push_back(tip % 3 ? glm::uvec3(first, first + 1, tip) : glm::uvec3(first + 1, first, tip));
   }
@@ -326,9 +326,11 @@ TEST(Exact, PropagationAgreesWithCountingForEachReceiver) {
         const float seen = together.frame.visibility[0][i];
         partly += seen > 0.0f && seen < 1.0f;
         differing += seen != alone.frame.visibility[0][i];
+        EXPECT_NEAR(seen, alone.frame.visibility[0][i], 1.5 / 256);
       }
       EXPECT_GT(partly, light_radius > 0.1 ? 500u : 5u);
-      EXPECT_LE(differing, 2u) << light_radius << ", " << height;
+      // A sample within rounding of an edge, in one pixel of 5,000.
+      EXPECT_LE(differing, alone.frame.depth.size() / 5000) << light_radius << ", " << height;
       EXPECT_EQ(together.stats.lights[0].negative_pixels, 0u);
     }
   }

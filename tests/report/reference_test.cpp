@@ -71,7 +71,7 @@ TEST(Reference, OfASphereLightFacesEachReceiver) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {
-    const glm::dvec3 receiver = light.position + 3.0 * glm::dvec3(normal(random), normal(random), normal(random));
+    const glm::dvec3 receiver = light.position + 3.0 * glm::dvec3{normal(random), normal(random), normal(random)};
     const LightDisc disc = disc_towards(light, receiver, glm::dvec3(0.0));
     const glm::dvec3 towards = glm::normalize(receiver - light.position);
     EXPECT_NEAR(glm::dot(disc.right, towards), 0, 1e-12);
@@ -114,9 +114,9 @@ Scene soup(unsigned count, double scale, const glm::dvec3& offset) {
   std::vector<glm::dvec3> corners;
   std::vector<glm::uvec3> triangles;
   for (unsigned i = 0; i < count; ++i) {
-    const glm::dvec3 middle(unit(random), unit(random), unit(random));
+    const glm::dvec3 middle{unit(random), unit(random), unit(random)};
     const double size = std::pow(10.0, power(random));
-    for (int k = 0; k < 3; ++k) corners.push_back(middle + size * glm::dvec3(unit(random), unit(random), unit(random)));
+    for (int k = 0; k < 3; ++k) corners.push_back(middle + size * glm::dvec3{unit(random), unit(random), unit(random)});
     triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
   Scene scene;
@@ -141,7 +141,7 @@ TEST(Reference, HasATreeThatLosesNoTriangle) {
   std::uniform_real_distribution<double> unit(-1.5, 1.5);
   std::size_t occluded = 0;
   for (int i = 0; i < 4000; ++i) {
-    const auto point = [&] { return glm::dvec3(unit(random), unit(random), unit(random)) - glm::dvec3(0, 0, 3); };
+    const auto point = [&] { return glm::dvec3{unit(random), unit(random), unit(random)} - glm::dvec3(0, 0, 3); };
     glm::dvec3 a = point(), b = a + 0.15 * point();
     if (i % 3 == 0) b[i % 9 / 3] = a[i % 9 / 3];  // along the tree's planes
     const bool expected = std::any_of(each.begin(), each.end(), [&](const Reference& one) { return one.is_occluded(a, b); });
@@ -160,7 +160,7 @@ TEST(Reference, IsTheSameAtEveryScale) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<std::array<glm::dvec3, 2>> segments;
   for (int i = 0; i < 1000; ++i) {
-    const glm::dvec3 a(unit(random), unit(random), unit(random)), along(unit(random), unit(random), unit(random));
+    const glm::dvec3 a{unit(random), unit(random), unit(random)}, along{unit(random), unit(random), unit(random)};
     segments.push_back({a - glm::dvec3(0, 0, 3), a + 0.2 * along - glm::dvec3(0, 0, 3)});
   }
   const Reference one(soup(200, 1.0, {0, 0, 0}));
@@ -188,7 +188,7 @@ TEST(Reference, HasNoGapsAlongEdgesAndAtCorners) {
     for (int i = 0; i < 200; ++i) {
       const double part = i < 3 ? i / 2.0 : unit(random);
       const glm::dvec3 on_edge = world(glm::mix(glm::dvec3(mesh.positions[t.x]), glm::dvec3(mesh.positions[t.y]), part));
-      const glm::dvec3 inside = world(0.4 * glm::dvec3(unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5));
+      const glm::dvec3 inside = world(0.4 * glm::dvec3{unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5});
       EXPECT_TRUE(reference.is_occluded(inside, inside + 3.0 * (on_edge - inside)));
       ++tested;
     }

@@ -143,7 +143,7 @@ TEST(Topology, DescribesRandomTriangleSoup) {
     const std::uint32_t vertex_count = 3 + random() % 30;
     std::vector<glm::uvec3> triangles;
     while (triangles.size() < 60) {
-      const glm::uvec3 t(random() % vertex_count, random() % vertex_count, random() % vertex_count);
+      const glm::uvec3 t{random() % vertex_count, random() % vertex_count, random() % vertex_count};
       if (t.x != t.y && t.y != t.z && t.z != t.x) triangles.push_back(t);
     }
     const Mesh mesh = mesh_of(vertex_count, std::move(triangles));

@@ -75,7 +75,7 @@ std::vector<twins::Edge> random_edges(std::size_t count, double size, std::mt199
     const double z = 5.5 + 4 * unit(random);
     twins::Edge edge;
     edge.a = {z * 1.6 * unit(random), z * 1.2 * unit(random), z};
-    edge.b = edge.a + size * glm::dvec3(unit(random), unit(random), unit(random));
+    edge.b = edge.a + size * glm::dvec3{unit(random), unit(random), unit(random)};
     edge.m = 1;
     edges.push_back(rounded(edge));
   }

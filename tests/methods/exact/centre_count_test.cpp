@@ -73,9 +73,9 @@ twins::Triangles soup(std::mt19937& random, unsigned count, bool behind) {
   twins::Triangles mesh;
   for (unsigned i = 0; i < count; ++i) {
     const double z = behind ? 1 + unit(random) : 4 + 2 * unit(random), size = i % 2 ? 0.3 : 1.5;
-    const glm::dvec3 middle(0.2 * z * unit(random), 0.2 * z * unit(random), z);
+    const glm::dvec3 middle{0.2 * z * unit(random), 0.2 * z * unit(random), z};
     for (int k = 0; k < 3; ++k) {
-      glm::dvec3 p = middle + size * glm::dvec3(unit(random), unit(random), unit(random));
+      glm::dvec3 p = middle + size * glm::dvec3{unit(random), unit(random), unit(random)};
       if (!behind) p.z = std::max(p.z, 0.5);
       mesh.positions.push_back(p);
     }
@@ -91,7 +91,7 @@ std::vector<glm::dvec3> random_receivers(std::mt19937& random, std::size_t count
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<glm::dvec3> receivers;
   for (std::size_t i = 0; i < count; ++i)
-    receivers.push_back(glm::dvec3(glm::vec3(2 * unit(random), 2 * unit(random), 5 + 4 * unit(random))));
+    receivers.push_back(glm::dvec3(glm::vec3{2 * unit(random), 2 * unit(random), 5 + 4 * unit(random)}));
   return receivers;
 }
 

@@ -94,12 +94,12 @@ std::vector<twins::Edge> random_edges(std::mt19937& random, std::size_t count) {
     const double z = 4 + 3.5 * unit(random);
     twins::Edge edge;
     edge.a = {0.5 * unit(random), 0.5 * unit(random), z};
-    edge.b = edge.a + glm::dvec3(unit(random), unit(random), unit(random));
+    edge.b = edge.a + glm::dvec3{unit(random), unit(random), unit(random)};
     edge.b.z = std::max(edge.b.z, 0.3);
     edge.m = static_cast<int>(random() % 5) - 2;
     for (unsigned f = 0; f < random() % 3; ++f)
       edge.faces.push_back({random() % 2 ? 1 : -1,
-                            twins::plane_of(edge.a, edge.b, edge.a + glm::dvec3(unit(random), unit(random), unit(random)))});
+                            twins::plane_of(edge.a, edge.b, edge.a + glm::dvec3{unit(random), unit(random), unit(random)})});
     edges.push_back(rounded(edge));
   }
   return edges;
@@ -149,7 +149,7 @@ TEST_P(CrossedEdges, WhatIsCrossedAddsUp) {
     const CrossingCounter counter(runner_, count);
     std::size_t not_0 = 0;
     for (int i = 0; i < 6; ++i) {
-      const glm::dvec3 p(glm::vec3(0.4 * unit(random), 0.4 * unit(random), 9 + unit(random)));
+      const glm::dvec3 p(glm::vec3{0.4 * unit(random), 0.4 * unit(random), 9 + unit(random)});
       not_0 += expect_twin(counter, random_edges(random, 1 + 7 * static_cast<std::size_t>(i)), p);
     }
     EXPECT_GT(not_0, count);

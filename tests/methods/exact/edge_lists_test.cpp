@@ -119,10 +119,10 @@ std::vector<twins::Edge> random_edges(std::size_t count) {
     const double z = 6 + 5 * unit(random);
     twins::Edge edge;
     edge.a = {0.9 * unit(random), 0.9 * unit(random), z};
-    edge.b = edge.a + 0.3 * glm::dvec3(unit(random), unit(random), unit(random));
+    edge.b = edge.a + 0.3 * glm::dvec3{unit(random), unit(random), unit(random)};
     edge.m = static_cast<int>(random() % 3) - 1;
     for (unsigned f = 0; f < random() % 3; ++f) {
-      const glm::dvec3 c = edge.a + glm::dvec3(unit(random), unit(random), unit(random));
+      const glm::dvec3 c = edge.a + glm::dvec3{unit(random), unit(random), unit(random)};
       edge.faces.push_back({random() % 2 ? 1 : -1, twins::plane_of(edge.a, edge.b, c)});
     }
     edges.push_back(rounded(edge));
@@ -202,7 +202,7 @@ std::vector<glm::dvec3> receivers_about(const glm::dvec3& middle, double size, s
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   std::vector<glm::dvec3> receivers;
   for (std::size_t i = 0; i < count; ++i)
-    receivers.push_back(glm::dvec3(glm::vec3(middle + size * glm::dvec3(unit(random), unit(random), unit(random)))));
+    receivers.push_back(glm::dvec3(glm::vec3(middle + size * glm::dvec3{unit(random), unit(random), unit(random)})));
   return receivers;
 }
 
