@@ -70,7 +70,7 @@ void expect_brute_force(const KernelRunner& runner, const Scene& scene, unsigned
     EXPECT_NEAR(seen, static_cast<float>(expected[i]), 1.5f)
         << "pixel " << receivers.pixels[i] % scene.camera.resolution.x << ',' << receivers.pixels[i] / scene.camera.resolution.x;
   }
-  EXPECT_GT(partly, 50u) << "the scene has no penumbra to test";
+  EXPECT_GT(partly, 30u) << "the scene has no penumbra to test";
   EXPECT_LE(differing, 2 + receivers.pixels.size() / 500);
   EXPECT_EQ(drawn.stats.lights[0].negative_pixels, 0u);
 }
@@ -184,11 +184,12 @@ TEST_P(ExactTest, HasTheSamplesOfBruteForceUnderABox) {
 Scene random_boxes(std::mt19937& random, glm::uvec2 resolution) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   Scene scene = box_over_floor(resolution);
-  for (int i = 0; i < 8; ++i)
-    scene.meshes.push_back(placed("box" + std::to_string(i), box_mesh(),
-                                  {unit(random) * 3 - 1.5, 0.2 + unit(random) * 2, unit(random) * 3 - 1.5},
-                                  glm::dvec3{0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)},
-                                  {unit(random) * 360, unit(random) * 360, unit(random) * 360}));
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 place{unit(random) * 3 - 1.5, 0.2 + unit(random) * 2, unit(random) * 3 - 1.5},
+        size{0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random), 0.1 + 0.6 * unit(random)},
+        turn_deg{unit(random) * 360, unit(random) * 360, unit(random) * 360};
+    scene.meshes.push_back(placed("box" + std::to_string(i), box_mesh(), place, size, turn_deg));
+  }
   return scene;
 }
 
