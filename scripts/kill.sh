@@ -13,7 +13,7 @@ trap 'rm -rf "$work"' EXIT
 export POCL_CACHE_DIR=$work/cache
 
 arguments=(render "$scene" --frames 1-4 --resolution 320x320 -m hard)
-draw() { "$program" "${arguments[@]}" -o "$1" >/dev/null; }
+draw() { "$program" "${arguments[@]}" --quiet -o "$1"; }
 fail() {
   echo "kill: $*" >&2
   exit 1

@@ -1,7 +1,6 @@
 // A scene's frames as pictures.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <ctime>
@@ -43,19 +42,6 @@ struct RenderOptions {
   std::string frames;
   bool png = false, half = false, light_buffers = false, stats = false, quiet = false;
 };
-
-/// Before any work, for a long one must not fail at its end.
-void prepare_folder(const fs::path& folder) {
-  const auto fail = [&](const std::string& found) {
-    throw InputError(
-        fmt::format("{}: expected an output folder that can be written to ({}); choose another with -o", folder.string(), found));
-  };
-  if (fs::exists(folder) && !fs::is_directory(folder)) fail("a file is there");
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) fail(error.message());
-  if (access(folder.c_str(), W_OK | X_OK) != 0) fail("no permission");
-}
 
 Metadata frame_metadata(const RenderOptions& options, const Settings& settings, const Scene& scene, int frame_number,
                         const DeviceInfo& device, double render_ms) {
@@ -138,7 +124,7 @@ void run_render(const RenderOptions& options) {
   const FrameFiles files(scene, options.png, options.light_buffers);
   check_frames(scene, range.first, range.last, options.scene_path.string());
   files.check_lengths(all_settings, range.last);
-  prepare_folder(options.folder);
+  prepare_output_folder(options.folder);
   remove_abandoned_files(options.folder, [&](std::string_view name) { return files.has(name, all_settings, range); });
   const std::shared_ptr<Device> device = options.target.open_device();
   Renderer renderer(device);

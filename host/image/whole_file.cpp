@@ -135,6 +135,19 @@ void write_file_whole(const std::filesystem::path& path, std::span<const unsigne
   file.finish();
 }
 
+void prepare_output_folder(const std::filesystem::path& folder) {
+  const auto fail = [&](const std::string& found) {
+    throw InputError(
+        fmt::format("{}: expected an output folder that can be written to ({}); choose another with -o", folder.string(), found));
+  };
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (std::error_code ignored; std::filesystem::exists(folder, ignored) && !std::filesystem::is_directory(folder, ignored))
+    fail("a file is there");
+  if (error) fail(error.message());
+  if (access(folder.c_str(), W_OK | X_OK) != 0) fail(reason(errno));
+}
+
 void stop_writing() noexcept {
   unfinished_mutex.lock();
   if (unfinished_path) unlink(unfinished_path->c_str());

@@ -13,6 +13,10 @@ namespace halfshade {
 /// The longest file name that can be written: beside it there is the temporary one, ".<name>.<process>.<number>.part".
 constexpr std::size_t max_output_name = 255 - 24;
 
+/// Makes an output folder where there is none. Throws InputError where files cannot be made in it: before the work, which must
+/// not fail at its end.
+void prepare_output_folder(const std::filesystem::path& folder);
+
 /// Writes a file so that it appears whole or not at all. Throws InputError where the folder does not let it be made, DeviceError
 /// where writing fails.
 void write_file_whole(const std::filesystem::path& path, std::span<const unsigned char> bytes);

@@ -1,7 +1,6 @@
 #include "report/report_folder.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -22,12 +21,8 @@ namespace fs = std::filesystem;
 
 ReportFolder::ReportFolder(fs::path folder, Json head) : folder_(std::move(folder)), json_(std::move(head)) {
   json_["scenes"] = Json::array();
-  std::error_code error;
-  fs::create_directories(folder_ / "pictures", error);
-  if (error || access(folder_.c_str(), W_OK | X_OK) != 0) {
-    throw InputError(fmt::format("{}: expected an output folder that can be written to ({}); choose another with -o",
-                                 folder_.string(), error ? error.message() : "no permission"));
-  }
+  prepare_output_folder(folder_);
+  prepare_output_folder(folder_ / "pictures");
   remove_abandoned_files(
       folder_, [](std::string_view name) { return name == "report.json" || name == "report.csv" || name == "index.html"; });
   remove_abandoned_files(folder_ / "pictures", [](std::string_view name) { return name.ends_with(".png"); });
