@@ -23,12 +23,11 @@ Scene scene_of_two_lights() {
   return scene;
 }
 
-/// Every method, with few points of the light: each is many calls, all alike.
-std::vector<Settings> every_method_with_few_calls() {
-  std::vector<Settings> all = every_method(64);
-  for (Settings& settings : all)
-    if (settings.method == Method::light_samples) settings.samples = 2;
-  return all;
+/// A method with few points of the light where each of them is many calls, all alike.
+Settings with_few_calls(Method method) {
+  Settings settings = small_settings(method, 64);
+  if (method == Method::light_samples) settings.samples = 2;
+  return settings;
 }
 
 /// Something else: of other meshes, larger.
@@ -92,7 +91,8 @@ class FailingCalls : public testing::Test {
 };
 
 TEST_F(FailingCalls, OfRenderLeaveARendererThatDrawsTheSame) {
-  for (const Settings& settings : every_method_with_few_calls()) {
+  for (const MethodInfo& info : methods()) {
+    const Settings settings = with_few_calls(info.method);
     SCOPED_TRACE(description_of(settings));
     const Frame expected = drawn(device_, scene_, settings);
     std::unique_ptr<Renderer> renderer;
@@ -112,7 +112,8 @@ TEST_F(FailingCalls, OfRenderLeaveARendererThatDrawsTheSame) {
 
 TEST_F(FailingCalls, OfARendererInUseLeaveItSo) {
   // Buffers that have to grow, of methods that have drawn smaller ones.
-  for (const Settings& settings : every_method_with_few_calls()) {
+  for (const MethodInfo& info : methods()) {
+    const Settings settings = with_few_calls(info.method);
     SCOPED_TRACE(description_of(settings));
     Settings larger = settings;
     larger.light_resolution_px = 96;
@@ -156,8 +157,7 @@ TEST_F(FailingCalls, OfSetSceneLeaveTheSceneOfBeforeAndItsFrame) {
 
 TEST_F(FailingCalls, OfEnqueueVisibilityLeaveARendererThatDrawsTheSame) {
   for (const Method method : {Method::exact, Method::fins, Method::smoothies, Method::light_samples}) {
-    Settings settings = small_settings(method, 64);
-    if (method == Method::light_samples) settings.samples = 2;
+    const Settings settings = with_few_calls(method);
     SCOPED_TRACE(description_of(settings));
     const std::size_t pixels = std::size_t{resolution.x} * resolution.y;
     cl_int status = CL_SUCCESS;

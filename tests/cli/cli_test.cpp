@@ -98,6 +98,15 @@ TEST_F(Cli, InspectPrintsTextAndJson) {
 
 // ------------------------------------------------------------------------------------------------------------- what it makes
 
+TEST_F(Cli, AnOutputFolderThatCannotBeMadeIsRefusedBeforeTheWork) {
+  write("file", "");
+  for (const std::string command : {"render", "report"}) {
+    expect_failure({command, scene(), "-o", "file"}, {"file: expected an output folder", "a file is there"});
+    expect_failure({command, scene(), "-o", "file/deeper"}, {"file/deeper: expected an output folder", "Not a directory"});
+    expect_failure({command, scene(), "-o", std::string(300, 'a')}, {"expected an output folder", "File name too long"});
+  }
+}
+
 TEST_F(Cli, RenderWritesOneFrameAMethod) {
   const Result result = run({"render", scene(), "--method", "all", "-o", "out/deep"});
   EXPECT_EQ(result.code, 0) << result.err;

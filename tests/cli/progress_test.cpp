@@ -2,10 +2,11 @@
 #include "cli/progress.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <string>
-#include <thread>
 
 namespace halfshade {
 namespace {
@@ -19,14 +20,27 @@ DeviceInfo device(bool has_wide_kernels) {
   return info;
 }
 
+/// What is written to stderr when no frame arrives. Waits until something is, however long that takes.
 std::string noted(bool has_wide_kernels) {
-  testing::internal::CaptureStderr();
+  int ends[2];
+  EXPECT_EQ(pipe(ends), 0);
+  const int before = dup(STDERR_FILENO);
+  dup2(ends[1], STDERR_FILENO);
+  close(ends[1]);
+  std::string text(4096, '\0');
+  ssize_t length = 0;
   {
     Progress progress;
     FirstFrameWatch watch(progress, device(has_wide_kernels), 1ms);
-    std::this_thread::sleep_for(200ms);
+    length = std::max<ssize_t>(::read(ends[0], text.data(), text.size()), 0);
   }
-  return testing::internal::GetCapturedStderr();
+  dup2(before, STDERR_FILENO);
+  close(before);
+  char more = 0;
+  EXPECT_EQ(::read(ends[0], &more, 1), 0);  // said once
+  close(ends[0]);
+  text.resize(static_cast<std::size_t>(length));
+  return text;
 }
 
 TEST(FirstFrameWatch, SaysOnceWhatItWaitsForAndWhatToDo) {

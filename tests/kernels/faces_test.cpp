@@ -56,7 +56,7 @@ TEST_F(Faces, DoesNotDependOnWhereTheCornerListBegins) {
   for (cl_uint i = 0; i < count; ++i) {
     // Every other face is nearly edge-on: its plane passes within rounding of the light, far away.
     glm::vec3 a{coordinate(random), coordinate(random), coordinate(random)},
-        b(coordinate(random), coordinate(random), coordinate(random));
+        b{coordinate(random), coordinate(random), coordinate(random)};
     const float s = coordinate(random), t = coordinate(random);
     glm::vec3 c = i % 2 ? a * s + b * t : glm::vec3{coordinate(random), coordinate(random), coordinate(random)};
     const float far = i % 4 < 2 ? 1.0f : 1000.0f;
@@ -79,7 +79,7 @@ TEST_F(Faces, ReversedWindingTurnsTheOtherSide) {
   std::vector<glm::vec3> points;
   Triangles forward, reversed;
   for (cl_uint i = 0; i < 1000; ++i) {
-    for (int k = 0; k < 3; ++k) points.emplace_back(coordinate(random), coordinate(random), coordinate(random) + 2);
+    for (int k = 0; k < 3; ++k) points.push_back(glm::vec3{coordinate(random), coordinate(random), coordinate(random) + 2});
     forward.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     reversed.push_back({3 * i + 2, 3 * i + 1, 3 * i});
   }

@@ -281,7 +281,7 @@ TEST_P(Raster, ClippingLeavesCornersThatItKeepsWhereTheyAre) {
   for (std::uint32_t i = 0; i < triangles; ++i) {
     for (int k = 0; k < 3; ++k) {
       const float depth = k == 2 ? -z(random) : z(random);
-      mesh.positions.emplace_back(q(random) * depth, q(random) * depth, depth);
+      mesh.positions.push_back(glm::vec3{q(random) * depth, q(random) * depth, depth});
     }
     mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }

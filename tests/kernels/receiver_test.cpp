@@ -399,7 +399,8 @@ TEST_P(Visibility, EachPixelStandsAlone) {
   }
   std::vector<Pixel> pixels;
   for (int i = 0; i < 37; ++i) {
-    pixels.push_back(at(place(random), place(random), depth(random)));
+    const float px = place(random), py = place(random);
+    pixels.push_back(at(px, py, depth(random)));
     if (i % 7 == 3) pixels.back().normal.z = 1;
     if (i % 9 == 4) pixels.back().position.w = 0;
   }

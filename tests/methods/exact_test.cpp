@@ -70,7 +70,7 @@ void expect_brute_force(const KernelRunner& runner, const Scene& scene, unsigned
     EXPECT_NEAR(seen, static_cast<float>(expected[i]), 1.5f)
         << "pixel " << receivers.pixels[i] % scene.camera.resolution.x << ',' << receivers.pixels[i] / scene.camera.resolution.x;
   }
-  EXPECT_GT(partly, 30u) << "the scene has no penumbra to test";
+  EXPECT_GT(partly, 50u) << "the scene has no penumbra to test";
   EXPECT_LE(differing, 2 + receivers.pixels.size() / 500);
   EXPECT_EQ(drawn.stats.lights[0].negative_pixels, 0u);
 }
@@ -194,7 +194,7 @@ Scene random_boxes(std::mt19937& random, glm::uvec2 resolution) {
 }
 
 TEST_P(ExactTest, HasTheSamplesOfBruteForceInRandomBoxes) {
-  std::mt19937 random(7);
+  std::mt19937 random(8);
   for (int round = 0; round < 4; ++round) {
     Scene scene = random_boxes(random, {48, 40});
     scene.lights[0].radius = round % 2 ? 1.5 : 0.2;
@@ -330,8 +330,7 @@ TEST(Exact, PropagationAgreesWithCountingForEachReceiver) {
         EXPECT_NEAR(seen, alone.frame.visibility[0][i], 1.5 / 256);
       }
       EXPECT_GT(partly, light_radius > 0.1 ? 500u : 5u);
-      // A sample within rounding of an edge, in one pixel of 5,000.
-      EXPECT_LE(differing, alone.frame.depth.size() / 5000) << light_radius << ", " << height;
+      EXPECT_LE(differing, 2u) << light_radius << ", " << height;
       EXPECT_EQ(together.stats.lights[0].negative_pixels, 0u);
     }
   }
