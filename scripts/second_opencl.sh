@@ -18,10 +18,10 @@ draw() {
   timeout 600 "$program" render data/scenes/boxes.json --method all --resolution 128x128 --quiet --device "$1" -o "$folder/$1" \
     2>"$folder/messages" || { cat "$folder/messages" >&2; echo "second_opencl: $1 ends with $?" >&2; exit 1; }
 }
-draw pthread
+draw portable # part of PoCL's platform name
 draw llvmpipe
 for picture in "$folder"/llvmpipe/*.exr; do
-  "$program" compare "$picture" "$folder/pthread/$(basename "$picture")" --fail-rmse 1e-4 >"$folder/figures" ||
+  "$program" compare "$picture" "$folder/portable/$(basename "$picture")" --fail-rmse 1e-4 >"$folder/figures" ||
     { cat "$folder/figures" >&2; echo "second_opencl: $(basename "$picture") differs" >&2; exit 1; }
   echo "second_opencl: $(basename "$picture" .0001.exr): $(grep max_error "$folder/figures" | tr -s ' ')"
 done

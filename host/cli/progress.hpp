@@ -36,8 +36,8 @@ class Progress {
   bool quiet_, on_terminal_;
 };
 
-/// Says why the first frame lets wait, once: compiling the kernels is part of it, and there are drivers that take minutes, or no
-/// end, inside a call that cannot be given up.
+/// Says once why the first frame takes long: compiling the kernels is part of it, and some drivers take minutes, or never finish,
+/// inside a call that cannot be interrupted.
 class FirstFrameWatch {
  public:
   /// Notes it in `progress`, which must outlive this, where `arrived` is not called within `patience`.

@@ -20,14 +20,12 @@ struct FoundDevice {
   cl::Device device;
 };
 
-/// Shape of the tile kernels (kernels/base/lanes.h). What a CPU device prefers is not asked: Mesa's llvmpipe, which compiles a
-/// work-item's code for scalars and then runs several as one vector, needs minutes for wide kernels, and has a native width of 1.
-bool has_wide_kernels(const cl::Device& device) {
+/// Shape of the tile kernels (kernels/base/lanes.h). Not every CPU device takes the wide one: Mesa's llvmpipe, which compiles a
+/// work-item's code for scalars and then runs several as one vector, needs minutes for it, and has a native width of 1.
+bool has_wide_kernels(const cl::Device& device, bool is_cpu) {
   const char* variable = std::getenv("HALFSHADE_KERNEL_SHAPE");
   const std::string_view shape = variable ? variable : "";
-  if (shape.empty())
-    return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0 &&
-           device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() > 1;
+  if (shape.empty()) return is_cpu && device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() > 1;
   if (shape != "wide" && shape != "narrow")
     throw InputError(
         fmt::format("HALFSHADE_KERNEL_SHAPE: expected 'wide' or 'narrow' (found '{}'); unset it for the device's own", shape));
@@ -44,7 +42,7 @@ DeviceInfo describe(const cl::Device& device) {
   info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.largest_buffer_bytes = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.is_cpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
-  info.has_wide_kernels = has_wide_kernels(device);
+  info.has_wide_kernels = has_wide_kernels(device, info.is_cpu);
   return info;
 }
 
